@@ -1,0 +1,65 @@
+#pragma once
+
+#define CL_HPP_ENABLE_EXCEPTIONS
+#define CL_HPP_TARGET_OPENCL_VERSION 120
+#define CL_HPP_MINIMUM_OPENCL_VERSION 120
+#include <CL/opencl.hpp>
+
+#include <string>
+#include <vector>
+
+namespace cohort {
+
+struct DeviceInfo {
+  std::string name, platform, unique_id;  ///< unique_id: PCI address or UUID where the driver tells, else platform and index
+  bool gpu;
+  std::size_t memory_bytes;
+  cl::Device handle;
+};
+
+/// Every OpenCL device of every platform, GPUs first, then by unique id: the same order on every rank of a host.
+std::vector<DeviceInfo> devices();
+
+/// The device of one rank, with its context and queues.
+class Device {
+ public:
+  explicit Device(const DeviceInfo& info);
+
+  const DeviceInfo& info() const { return info_; }
+  const cl::Context& context() const { return context_; }
+  cl::CommandQueue& queue() { return queue_; }
+  /// Same device, with profiling: a command's event tells its device time.
+  cl::CommandQueue& profiling_queue() { return profiling_queue_; }
+
+  /// Lanes of the explicit vectors that hot kernels use: 1 on GPUs, 8 on CPUs (4 in double precision).
+  int vector_width(bool double_precision) const;
+
+  /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive, with `definitions` as
+  /// -D options ("NAME" or "NAME=value") and `generated` source in front. Programs are kept: the same request
+  /// compiles once. Throws std::runtime_error with the build log.
+  cl::Program build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
+                    const std::string& generated = {});
+
+  /// Device memory, uninitialised. Throws std::runtime_error naming the bytes when it cannot be had.
+  cl::Buffer allocate(std::size_t bytes);
+  std::size_t allocated_bytes() const { return allocated_bytes_; }
+
+  /// GB/s of c = a + 3 b over arrays well beyond the caches, best of a few; measured once.
+  double triad_GB_per_s();
+
+ private:
+  DeviceInfo info_;
+  cl::Context context_;
+  cl::CommandQueue queue_, profiling_queue_;
+  std::vector<std::pair<std::string, cl::Program>> programs_;
+  std::size_t allocated_bytes_ = 0;
+  double triad_ = 0;
+};
+
+/// Source of a file of kernels/ by its path below it ("cells/mitchell_schaeffer.cl"): embedded at build time, or read
+/// from the folder that the environment variable COHORT_KERNELS names. Throws std::out_of_range.
+std::string kernel_source(const std::string& file);
+/// Paths of all embedded kernel files, sorted.
+std::vector<std::string> kernel_files();
+
+}  // namespace cohort
