@@ -1,9 +1,9 @@
 // Evaluates geometry for tests and pictures: any signed distance expression at given points, or all functions of a
 // geometry on a grid. Needs common.clh, signed_distance.clh, and one of
 // -D DISTANCE(p)   expression of a real3 p: gives sample_distance
-// or the files of a geometry in front and -D CELLS_X, CELLS_Y (cells of the grid along x and y): gives sample_cells.
-#if !defined(DISTANCE) && !(defined(CELLS_X) && defined(CELLS_Y))
-#error "sample_geometry.cl needs DISTANCE(p), or a geometry and CELLS_X, CELLS_Y"
+// -D CELLS         with the files of a geometry in front: gives sample_cells.
+#if !defined(DISTANCE) && !defined(CELLS)
+#error "sample_geometry.cl needs DISTANCE(p), or a geometry and CELLS"
 #endif
 
 #ifdef DISTANCE
@@ -14,12 +14,12 @@ kernel void sample_distance(global const real4 *points, global real *distance) {
   distance[i] = DISTANCE(p);
 }
 #else
-/// Fields (z, y, x): region (-1 none), fraction; fibre and coordinates (z, y, x, 4), zero without tissue; cavity, its fraction.
-kernel void sample_cells(global const real *P, const real4 origin_and_spacing, global int *region, global real *fraction,
-                         global real4 *fibre, global real4 *coordinates, global int *cavity, global real *cavity_fraction) {
+/// n: cells along x and y. Fields (z, y, x): region (-1 none), fraction; fibre and coordinates (z, y, x, 4), zero without tissue; cavity, its fraction.
+kernel void sample_cells(global const real *P, const real4 origin_and_spacing, const int2 n, global int *region,
+                         global real *fraction, global real4 *fibre, global real4 *coordinates, global int *cavity, global real *cavity_fraction) {
   const size_t i = get_global_id(0);
   const real h = origin_and_spacing.w;
-  const real3 cell = (real3)((real)(i % CELLS_X), (real)(i / CELLS_X % CELLS_Y), (real)(i / (CELLS_X * CELLS_Y)));
+  const real3 cell = (real3)((real)(i % n.x), (real)(i / n.x % n.y), (real)(i / (n.x * n.y)));
   const real3 p = origin_and_spacing.xyz + h * (cell + R(0.5));
   real share = R(0.0);
   const int r = tissue_region(p, h, P, &share);

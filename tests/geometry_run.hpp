@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 #include <queue>
@@ -91,8 +92,7 @@ inline Cells sample(const Scene& scene, const std::vector<double>& values, doubl
   std::vector<std::string> files = geometry_files(scene);
   files.push_back("sample_geometry.cl");
   const cl::Program program =
-      device().build(files, {"CELLS_X=" + std::to_string(cells.n[0]), "CELLS_Y=" + std::to_string(cells.n[1])},
-                     parameter_macros(scene.parameters) + geometry_source(scene));
+      device().build(files, {"CELLS"}, parameter_macros(scene.parameters) + geometry_source(scene));
   cl::Kernel kernel(program, "sample_cells");
   const cl_float4 place = {{float(cells.origin[0]), float(cells.origin[1]), float(cells.origin[2]), float(dx)}};
   const cl::Buffer buffers[] = {upload(std::vector<int>(count)),       upload(std::vector<float>(count)),
@@ -101,7 +101,8 @@ inline Cells sample(const Scene& scene, const std::vector<double>& values, doubl
   const cl::Buffer block = upload(std::vector<float>(values.begin(), values.end()));
   kernel.setArg(0, block);
   kernel.setArg(1, place);
-  for (cl_uint i = 0; i < 6; ++i) kernel.setArg(2 + i, buffers[i]);
+  kernel.setArg(2, cl_int2{{cells.n[0], cells.n[1]}});
+  for (cl_uint i = 0; i < 6; ++i) kernel.setArg(3 + i, buffers[i]);
   device().queue().enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(count));
   cells.region = download<int>(buffers[0], count);
   cells.fraction = download<float>(buffers[1], count);
