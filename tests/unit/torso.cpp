@@ -68,7 +68,7 @@ TEST(Torso, EveryParameterChangesTheSampledFields) {
       std::vector<double> changed = values;
       changed[static_cast<std::size_t>(i)] = values[static_cast<std::size_t>(i)] * 0.8 + 3;
       if (scene.parameters[i].path == "torso.dx_mm") changed[static_cast<std::size_t>(i)] = 17;
-      // Electrodes are moved onto the skin: a step along the ray to it changes nothing, one across it does.
+      SCOPED_TRACE(scene.parameters[i].path);
       EXPECT_NE(sample(device, scene, torso, changed, points, true), before) << scene.parameters[i].path;
     }
     EXPECT_EQ(sample(device, scene, torso, values, points, true), before) << "same inputs, same bytes";
