@@ -1,5 +1,7 @@
 #include "ensemble/csv_points.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -30,10 +32,10 @@ class Mistakes {
   explicit Mistakes(std::string file) : file_(std::move(file)) {}
   void add(std::size_t line, const std::string& what) {
     if (++count_ > 20) return;
-    text_ += (text_.empty() ? "" : "\n") + file_ + ":" + std::to_string(line) + ": " + what;
+    text_ += fmt::format("{}{}:{}: {}", text_.empty() ? "" : "\n", file_, line, what);
   }
   void raise() const {
-    if (count_ > 20) throw std::invalid_argument(text_ + "\nand " + std::to_string(count_ - 20) + " more");
+    if (count_ > 20) throw std::invalid_argument(fmt::format("{}\nand {} more", text_, count_ - 20));
     if (count_ > 0) throw std::invalid_argument(text_);
   }
 
@@ -48,7 +50,7 @@ void read_header(CsvPoints& points, const std::vector<std::string_view>& cells, 
     const std::string path(cell);
     const int index = parameters.find(path);
     if (index < 0)
-      mistakes.add(line, "the scene has no parameter \"" + path + "\"");
+      mistakes.add(line, fmt::format("the scene has no parameter \"{}\"", path));
     else if (parameters[index].structural)
       mistakes.add(line, path + " is shared by the whole campaign and cannot differ between members");
     if (std::find(points.paths.begin(), points.paths.end(), path) != points.paths.end())
@@ -68,10 +70,11 @@ void read_row(CsvPoints& points, const std::vector<std::string_view>& cells, std
     double value = 0;
     const auto [end, error] = std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), value);
     if (cells[i].empty() || error != std::errc{} || end != cells[i].data() + cells[i].size()) {
-      mistakes.add(line, "\"" + std::string(cells[i]) + "\" is no number for " + points.paths[i]);
+      mistakes.add(line, fmt::format("\"{}\" is no number for {}", cells[i], points.paths[i]));
     } else if (const int index = parameters.find(points.paths[i]);
                index >= 0 && !(value >= parameters[index].lower && value <= parameters[index].upper)) {
-      mistakes.add(line, points.paths[i] + " = " + std::string(cells[i]) + " is outside its range");
+      mistakes.add(line, fmt::format("{} = {} is outside its range [{}, {}]", points.paths[i], cells[i],
+                                     parameters[index].lower, parameters[index].upper));
     }
     points.values.push_back(value);
   }
