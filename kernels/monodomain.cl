@@ -5,7 +5,7 @@
 //
 // Needs segments.clh, diffusion.clh, a cell model, and
 // -D CELL_STATES, CELL_DERIVED, LOAD_DERIVED(d, member, i) (generated), MEMBERS (in the batch);
-// -D STIMULATED: with stimuli (stimulus_mV_per_ms() is generated);  -D ACTIVATION: records activation times.
+// -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times.
 #if !defined(CELL_STATES) || !defined(CELL_DERIVED) || !defined(MEMBERS)
 #error "monodomain.cl needs CELL_STATES, CELL_DERIVED and MEMBERS"
 #endif
@@ -23,7 +23,8 @@ kernel void monodomain_step(global const real *restrict V, global real *restrict
                             global const int8 *restrict neighbours, global const ushort *restrict member_of,
                             global const real *restrict derived, global const real *restrict derived_fields,
                             global float *restrict activation, global const uchar *restrict stimulated_by,
-                            global const real *restrict parameters, const int stride, const real dt_diffusion,
+                            global const real *restrict stimuli, global const real *restrict parameters,
+                            const int stride, const real dt_diffusion,
                             const real dt, const real time) {
   const int i = THIS_CELL;
   const int member = MEMBER(member_of, i);
@@ -36,7 +37,7 @@ kernel void monodomain_step(global const real *restrict V, global real *restrict
   realv state[CELL_STATES];
   for (int k = 0; k < CELL_STATES; ++k) state[k] = LOAD(states + i + k * (size_t)stride);
 #ifdef STIMULATED
-  const realv stimulus = stimulus_mV_per_ms(stimulated_by, i, time, dt, parameters + (size_t)member * PARAMETERS);
+  const realv stimulus = stimulus_mV_per_ms(stimulated_by + i, stimuli + member * STIMULI * STIMULUS_NUMBERS, time, dt);
 #else
   const realv stimulus = 0;
 #endif

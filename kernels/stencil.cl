@@ -68,7 +68,7 @@ Vertex vertex_at(global const int *place, int cell, int cx, int cy, int cz, glob
 kernel void assemble_stencil(global const int *restrict first_cell, global const int *restrict place,
                              global const real *restrict capacity, global const real *restrict conductivity,
                              global real *restrict stencil, const int stride) {
-  const int i = get_global_id(0) + 2 * LANES;
+  const int i = get_global_id(0);
   const int cell = first_cell[i / LANES] + i % LANES;
   real coupling[6] = {0, 0, 0, 0, 0, 0};
   if (capacity[i] > 0) {
