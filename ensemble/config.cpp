@@ -56,6 +56,13 @@ bool declare(Scene& scene, const Place& place, Mistakes& mistakes) {
   }
 }
 
+/// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
+void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
+  scene.ecg.emplace();
+  if (declare(scene, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
+  torso.read = true;
+}
+
 }  // namespace
 
 ConfigError::ConfigError(std::vector<std::string> mistakes)
@@ -105,6 +112,8 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
 
   read_structure(scene, outputs, campaign.scene, mistakes);
   std::string points;
+  if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
+    check_unused_torso(*torso, campaign.scene, mistakes);
   const bool declared = declare(campaign.scene, scene ? scene->place : root.place, mistakes);
   if (declared) {
     if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);

@@ -173,28 +173,27 @@ void read_stimuli(Node& stimuli, Scene& scene, Mistakes& mistakes) {
       node.read = true;
       continue;
     }
-    Node::Entry* kind = exactly_one(node, {"box", "sphere", "site"}, mistakes);
-    if (!kind) {
+    Node::Entry* place = exactly_one(node, {"shape", "site"}, mistakes);
+    if (!place) {
       node.read = true;
       continue;
     }
-    Stimulus stimulus{entry.key, Stimulus::Kind::box, {}};
-    if (kind->key == "sphere") stimulus.kind = Stimulus::Kind::sphere;
-    if (kind->key == "site") {
-      stimulus.kind = Stimulus::Kind::site;
-      const std::vector<std::string> sites = stimulus_sites(scene.geometry);
-      if (sites.empty()) {
-        kind->value.read = true;
-        mistakes.add(kind->place,
-                     fmt::format("{}: this geometry has no named sites; use box or sphere", node.path));
-      } else if (const auto index = read_choice(kind->value, kind->value.path, sites, mistakes)) {
-        stimulus.site = sites[*index];
-      }
-      if (stimulus.site.empty()) {
-        node.read = true;
-        continue;
-      }
+    Stimulus stimulus{entry.key, Stimulus::Kind::site, {}};
+    if (place->key == "shape") {
+      const auto shape = read_choice(place->value, place->value.path, {"box", "sphere"}, mistakes);
+      stimulus.kind = shape == 1u ? Stimulus::Kind::sphere : Stimulus::Kind::box;
+      node.read = !shape;
+    } else if (const std::vector<std::string> sites = stimulus_sites(scene.geometry); sites.empty()) {
+      node.read = true;
+      mistakes.add(place->place, fmt::format("{}: this geometry has no named sites; use \"shape: box\" or "
+                                             "\"shape: sphere\"",
+                                             node.path));
+    } else if (const auto index = read_choice(place->value, place->value.path, sites, mistakes)) {
+      stimulus.site = sites[*index];
+    } else {
+      node.read = true;
     }
+    if (node.read) continue;  // its numbers depend on what is wrong
     scene.stimuli.push_back(std::move(stimulus));
   }
 }

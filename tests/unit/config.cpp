@@ -21,7 +21,7 @@ scene:
   time: {end_ms: 1e2}
   precision: double
   stimuli:
-    corner: {box: {lower_mm: [0, 0, 0], upper_mm: [+1.5, 1.5, 1.5]}, start_ms: 5, duration_ms: 2}
+    corner: {shape: box, lower_mm: [0, 0, 0], upper_mm: [+1.5, 1.5, 1.5], start_ms: 5, duration_ms: 2}
 outputs:
   activation: {probes: {near_mm: [1, 1, 1], far_mm: [20, 7, 3]}}
 )";
@@ -50,7 +50,7 @@ TEST(Config, PutsNumbersAtTheirPaths) {
   EXPECT_EQ(value(campaign, "geometry.box.size_mm.z"), 3);
   EXPECT_EQ(value(campaign, "grid.dx_mm"), 0.5);
   EXPECT_EQ(value(campaign, "time.end_ms"), 100);
-  EXPECT_EQ(value(campaign, "stimuli.corner.box.upper_mm.x"), 1.5);
+  EXPECT_EQ(value(campaign, "stimuli.corner.upper_mm.x"), 1.5);
   EXPECT_EQ(value(campaign, "stimuli.corner.start_ms"), 5);
   EXPECT_EQ(campaign.store, "slab.h5");
   EXPECT_EQ(campaign.members, 1);
@@ -138,6 +138,15 @@ outputs: {ecg: {}}
       EXPECT_EQ(values[static_cast<size_t>(i)], 140);
 }
 
+TEST(Config, ChecksATorsoThatNoOutputNeeds) {
+  const std::string text = R"(
+scene: {geometry: {heart: {}}, torso: {shape: ellipsoid, conductivity_mS_per_mm: 0.25}}
+outputs: {activation: {}}
+)";
+  EXPECT_EQ(parse_campaign(text, "heart.yaml").scene.parameters.find("torso.conductivity_mS_per_mm"), -1);
+  EXPECT_THROW(parse_campaign(text, "heart.yaml", {"torso.conductivity_mS_per_mm=-1"}), cohort::ConfigError);
+}
+
 TEST(Config, SetWins) {
   const Campaign campaign =
       parse_campaign(heart, "heart.yaml",
@@ -155,11 +164,11 @@ TEST(Config, SetWins) {
 }
 
 TEST(Config, SetReachesAVectorAndItsComponents) {
-  const Campaign campaign = parse_campaign(
-      slab, "slab.yaml", {"geometry.box.size_mm.y=9", "stimuli.corner.box.upper_mm=[2, 3, 4]"});
+  const Campaign campaign =
+      parse_campaign(slab, "slab.yaml", {"geometry.box.size_mm.y=9", "stimuli.corner.upper_mm=[2, 3, 4]"});
   EXPECT_EQ(value(campaign, "geometry.box.size_mm.x"), 20);
   EXPECT_EQ(value(campaign, "geometry.box.size_mm.y"), 9);
-  EXPECT_EQ(value(campaign, "stimuli.corner.box.upper_mm.z"), 4);
+  EXPECT_EQ(value(campaign, "stimuli.corner.upper_mm.z"), 4);
 }
 
 TEST(Config, TextIsTheFileAndItsOverrides) {
