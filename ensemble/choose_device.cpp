@@ -42,15 +42,17 @@ void share_cores(LocalRank local) {
   const long allowed = cores_allowed(online);
   setenv(variable, std::to_string(std::min(share, allowed)).c_str(), 0);
   if (allowed < share && local.index == 0)
-    spdlog::warn("ranks are bound to {} of {} cores each; on a CPU device `mpirun --bind-to none` gives them {}",
-                 allowed, online, share);
+    spdlog::warn(
+        "ranks are bound to {} of {} cores each; on a CPU device `mpirun --bind-to none` gives them {}",
+        allowed, online, share);
 }
 
 DeviceInfo choose_device(const std::string& wish, LocalRank local) {
   const std::vector<DeviceInfo> all = devices();
   if (all.empty())
-    throw std::runtime_error("no OpenCL device: no platform answers; install pocl-opencl-icd for the CPU, or the "
-                             "OpenCL driver of the GPU's vendor (for NVIDIA: nvidia-opencl-icd)");
+    throw std::runtime_error(
+        "no OpenCL device: no platform answers; install pocl-opencl-icd for the CPU, or the "
+        "OpenCL driver of the GPU's vendor (for NVIDIA: nvidia-opencl-icd)");
   const std::vector<DeviceInfo> gpus = of_kind(all, true), others = of_kind(all, false);
   if (wish.empty() || wish == "gpu") {
     if (!gpus.empty()) {
@@ -70,7 +72,8 @@ DeviceInfo choose_device(const std::string& wish, LocalRank local) {
   const auto [end, error] = std::from_chars(wish.data(), wish.data() + wish.size(), index);
   if (error != std::errc() || end != wish.data() + wish.size())
     throw std::runtime_error("--device takes cpu, gpu or an index, found \"" + wish + "\"");
-  if (index >= all.size()) throw std::runtime_error(fmt::format("no OpenCL device {}; there are {}", index, list(all)));
+  if (index >= all.size())
+    throw std::runtime_error(fmt::format("no OpenCL device {}; there are {}", index, list(all)));
   return all[index];
 }
 

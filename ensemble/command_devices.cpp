@@ -10,7 +10,8 @@ namespace cohort {
 
 ExitCode command_devices() {
   choose_device("", {});  // says what to install where there is none
-  TextTable table({Align::right, Align::left, Align::left, Align::right, Align::right, Align::left, Align::left});
+  TextTable table(
+      {Align::right, Align::left, Align::left, Align::right, Align::right, Align::left, Align::left});
   table.add({"index", "kind", "name", "memory", "triad", "platform", "id"});
   const std::vector<DeviceInfo> all = devices();
   for (size_t i = 0; i < all.size(); ++i) {

@@ -49,12 +49,14 @@ std::string value_of(const Parameter& parameter, const Campaign& campaign) {
 
 ExitCode command_parameters(const CampaignOptions& options) {
   const Campaign campaign = options.file.empty() ? example() : read_campaign(options.file, options.overrides);
-  TextTable table({Align::left, Align::left, Align::right, Align::left, Align::left, Align::left, Align::left});
-  table.add({"path", "unit", options.file.empty() ? "default" : "value", "range", "sampled", "meaning", "source"});
+  TextTable table(
+      {Align::left, Align::left, Align::right, Align::left, Align::left, Align::left, Align::left});
+  table.add(
+      {"path", "unit", options.file.empty() ? "default" : "value", "range", "sampled", "meaning", "source"});
   for (const Parameter& parameter : campaign.scene.parameters.all())
     table.add({parameter.path, parameter.unit, value_of(parameter, campaign),
-               fmt::format("[{}, {}]", parameter.lower, parameter.upper), parameter.structural ? "never" : "may be",
-               parameter.meaning, parameter.source});
+               fmt::format("[{}, {}]", parameter.lower, parameter.upper),
+               parameter.structural ? "never" : "may be", parameter.meaning, parameter.source});
   std::fputs(table.text().c_str(), stdout);
   return ExitCode::done;
 }

@@ -26,17 +26,19 @@ std::string size_table(const Plan& plan, const Campaign& campaign, const DeviceI
   const ParameterTable& table = campaign.scene.parameters;
   const auto setting = [&](const char* path) { return table[table.index(path)].value; };
   TextTable sizes({Align::left, Align::left});
-  sizes.add({"device", fmt::format("{} ({}), {}", device.name, device.unique_id, human_bytes(device.memory_bytes))});
+  sizes.add({"device",
+             fmt::format("{} ({}), {}", device.name, device.unique_id, human_bytes(device.memory_bytes))});
   sizes.add({"grid", fmt::format("{} x {} x {} cells of {} mm", plan.cells[0], plan.cells[1], plan.cells[2],
                                  setting("grid.dx_mm"))});
   sizes.add({"tissue", fmt::format("{} cells in {} segments", plan.tissue_cells, plan.segments)});
-  sizes.add({"time", fmt::format("{} steps of {} ms to {} ms", plan.steps, plan.dt_ms, setting("time.end_ms"))});
-  sizes.add({"memory", fmt::format("{} for {} member{} at a time", human_bytes(plan.bytes), plan.members_per_device,
-                                   plan.members_per_device == 1 ? "" : "s")});
+  sizes.add(
+      {"time", fmt::format("{} steps of {} ms to {} ms", plan.steps, plan.dt_ms, setting("time.end_ms"))});
+  sizes.add({"memory", fmt::format("{} for {} member{} at a time", human_bytes(plan.bytes),
+                                   plan.members_per_device, plan.members_per_device == 1 ? "" : "s")});
   sizes.add({"one member", human_seconds(plan.seconds_per_member)});
-  sizes.add({"campaign", fmt::format("{} member{}, {} on this device", campaign.members,
-                                     campaign.members == 1 ? "" : "s",
-                                     human_seconds(plan.seconds_per_member * static_cast<double>(campaign.members)))});
+  sizes.add({"campaign",
+             fmt::format("{} member{}, {} on this device", campaign.members, campaign.members == 1 ? "" : "s",
+                         human_seconds(plan.seconds_per_member * static_cast<double>(campaign.members)))});
   sizes.add({"sampled", fmt::format("{} of {} parameters", sample(campaign).paths.size(), table.size())});
   return sizes.text();
 }

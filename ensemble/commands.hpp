@@ -21,12 +21,11 @@ struct CampaignOptions {
   std::string device;                  ///< --device, or empty
 };
 
-// One function for each command; returns the exit code. Bad input is thrown as ConfigError or std::runtime_error.
+// One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad
+// input is thrown as ConfigError or std::runtime_error.
 ExitCode command_run(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
 ExitCode command_parameters(const CampaignOptions& options);
 ExitCode command_devices();
-ExitCode command_status(const std::string& store, bool watch);
-ExitCode command_verify(const std::string& store);
 
 }  // namespace cohort

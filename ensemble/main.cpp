@@ -7,6 +7,7 @@
 #include "ensemble/commands.hpp"
 #include "ensemble/config.hpp"
 #include "ensemble/ranks.hpp"
+#include "ensemble/status.hpp"
 
 namespace {
 
@@ -35,7 +36,9 @@ ExitCode guarded(const std::function<ExitCode()>& command) {
 void add_campaign_options(CLI::App& command, CampaignOptions& options, bool file_required) {
   CLI::Option* file = command.add_option("FILE", options.file, "campaign file");
   if (file_required) file->required();
-  command.add_option("--set", options.overrides, "key=value: overrides a value of the file, by its path; repeatable")
+  command
+      .add_option("--set", options.overrides,
+                  "key=value: overrides a value of the file, by its path; repeatable")
       ->expected(1)
       ->take_all();
 }
@@ -65,20 +68,23 @@ int main(int argc, char** argv) {
   plan->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
   plan->callback([&] { chosen = [&] { return command_plan(options); }; });
 
-  CLI::App* status = app.add_subcommand("status", "counts, hearts per hour, time to the end, reasons of failure");
+  CLI::App* status =
+      app.add_subcommand("status", "counts, hearts per hour, time to the end, reasons of failure");
   status->add_option("STORE", store, "HDF5 file")->required();
   status->add_flag("--watch", watch, "until the campaign ends");
-  status->callback([&] { chosen = [&] { return command_status(store, watch); }; });
+  status->callback([&] { chosen = [&] { return static_cast<ExitCode>(status_command(store, watch)); }; });
 
   CLI::App* verify = app.add_subcommand("verify", "recompute checksums; a bad row goes back to the queue");
   verify->add_option("STORE", store, "HDF5 file")->required();
-  verify->callback([&] { chosen = [&] { return command_verify(store); }; });
+  verify->callback([&] { chosen = [&] { return static_cast<ExitCode>(verify_command(store)); }; });
 
-  CLI::App* parameters = app.add_subcommand("parameters", "every parameter with unit, value, range and source");
+  CLI::App* parameters =
+      app.add_subcommand("parameters", "every parameter with unit, value, range and source");
   add_campaign_options(*parameters, options, false);
   parameters->callback([&] { chosen = [&] { return command_parameters(options); }; });
 
-  CLI::App* devices = app.add_subcommand("devices", "every OpenCL device with its memory and measured bandwidth");
+  CLI::App* devices =
+      app.add_subcommand("devices", "every OpenCL device with its memory and measured bandwidth");
   devices->callback([&] { chosen = [] { return command_devices(); }; });
 
   try {

@@ -18,7 +18,9 @@ Ranks::Ranks() {
   MPI_Comm_free(&host);
 }
 
-Ranks::~Ranks() { MPI_Finalize(); }
+Ranks::~Ranks() {
+  MPI_Finalize();
+}
 
 void Ranks::agree(const std::function<void()>& stage) const {
   std::exception_ptr failure;
@@ -43,7 +45,9 @@ std::string Ranks::broadcast(std::string text) const {
   return text;
 }
 
-void Ranks::barrier() const { MPI_Barrier(MPI_COMM_WORLD); }
+void Ranks::barrier() const {
+  MPI_Barrier(MPI_COMM_WORLD);
+}
 
 double Ranks::sum(double value) const {
   double result = 0;
@@ -57,6 +61,8 @@ double Ranks::largest(double value) const {
   return result;
 }
 
-bool Ranks::all(bool value) const { return sum(value ? 0 : 1) == 0; }
+bool Ranks::all(bool value) const {
+  return sum(value ? 0 : 1) == 0;
+}
 
 }  // namespace cohort

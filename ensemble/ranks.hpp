@@ -14,8 +14,8 @@ class ToldByAnotherRank : public std::runtime_error {
   ToldByAnotherRank() : std::runtime_error("told by another rank") {}
 };
 
-/// MPI for as long as it lives. A program started without mpirun is one rank. Ranks meet at start and at the end only: while
-/// members run they know of each other through the shared file alone.
+/// MPI for as long as it lives. A program started without mpirun is one rank. Ranks meet at start and at the
+/// end only: while members run they know of each other through the shared file alone.
 class Ranks {
  public:
   Ranks();

@@ -42,8 +42,9 @@ std::string human_seconds(double seconds) {
   if (!std::isfinite(seconds)) return "unknown";
   if (seconds < 10) return fmt::format("{:.2g} s", seconds);
   if (seconds < minute) return fmt::format("{:.0f} s", seconds);
-  if (seconds < hour) return fmt::format("{} min {} s", static_cast<int>(seconds / minute),
-                                         static_cast<int>(std::fmod(seconds, minute)));
+  if (seconds < hour)
+    return fmt::format("{} min {} s", static_cast<int>(seconds / minute),
+                       static_cast<int>(std::fmod(seconds, minute)));
   return fmt::format("{} h {} min", static_cast<long>(seconds / hour),
                      static_cast<int>(std::fmod(seconds, hour) / minute));
 }

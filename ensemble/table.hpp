@@ -8,7 +8,8 @@ namespace cohort {
 
 enum class Align { left, right };
 
-/// Lines of text in aligned columns, two spaces between them, no trailing spaces. The first row is the header.
+/// Lines of text in aligned columns, two spaces between them, no trailing spaces. The first row is the
+/// header.
 class TextTable {
  public:
   /// One alignment for each column.
