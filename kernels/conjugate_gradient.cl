@@ -86,7 +86,10 @@ kernel void residual(int nx, int ny, int nz, global const real *restrict g,
   const real mean = scalars[field * SCALARS + MEAN];
   accumulator rr = 0, bb = 0;
   FOR_CHUNK(c, s.cells) {
-    if (!(inverse_diagonal[c] > 0)) continue;
+    if (!(inverse_diagonal[c] > 0)) {  // may have conducted in the last solve
+      r[c] = 0;
+      continue;
+    }
     const real source = b[c] - mean;
     r[c] = source - apply_operator(g, x, c, s);
     rr += (accumulator)r[c] * r[c];
@@ -147,7 +150,10 @@ kernel void search_direction(int nx, int ny, int nz, global const real *restrict
   const int step[3] = {s.x, s.y, s.z};
   accumulator pq = 0;
   FOR_CHUNK(c, s.cells) {
-    if (!(inverse_diagonal[c] > 0)) continue;
+    if (!(inverse_diagonal[c] > 0)) {
+      p[c] = q[c] = 0;
+      continue;
+    }
     const real zc = z[c], pc = p_before[c];
     real flux = 0;
     for (int axis = 0; axis < 3; ++axis) {

@@ -77,7 +77,7 @@ kernel void electrode_currents(int nx, int ny, int nz, real dx, global const rea
   const int e = get_global_id(0);
   const Strides s = strides(nx, ny, nz);
   global const real *gy = g + s.cells, *gz = g + 2 * s.cells;
-  const real reach = (real)2.25;  // cells: the window of 4x4x4 holds all within 1.5; theta falls to zero at 2.25 < 1.5 sqrt(3)
+  const real reach = (real)2.25;  // cells, where theta falls to zero
   const int extent[3] = {nx, ny, nz};
   int low[3];
   for (int axis = 0; axis < 3; ++axis) {

@@ -34,8 +34,9 @@ class EllipticSolver {
   /// Conductances of the coarse levels and all diagonals.
   void prepare();
 
-  /// Solves for x (overwritten, from zero) until |b - A x| <= tolerance |b| for each right-hand side, or gives up after
-  /// max_iterations; the result says which. The host waits only for a residual after each `check_every` iterations.
+  /// Solves for x (overwritten, from zero) until the residual that the iteration carries is at most tolerance |b| for
+  /// each right-hand side and the recomputed one at most ten times that (single precision rounds x to about 2e-6), or
+  /// gives up after max_iterations; the result says which. The host waits only for a residual after each `check_every` iterations.
   EllipticResult solve(const cl::Buffer& b, cl::Buffer& x, double tolerance, int max_iterations = 40,
                        int check_every = 2);
 
