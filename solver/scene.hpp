@@ -9,7 +9,7 @@
 namespace cohort {
 
 enum class GeometryKind { box, shapes, heart };
-enum class TorsoKind { box, ellipsoid, unbounded };
+enum class TorsoKind { box, ellipsoid, cylinder, unbounded };
 enum class Precision { single_, double_ };
 
 /// A signed distance shape: a primitive (its sizes are parameters geometry.shapes.<name>.<primitive>.<size>) or an
@@ -51,7 +51,7 @@ struct Scene {
   std::vector<Region> regions;    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
   std::vector<Stimulus> stimuli;
-  TorsoKind torso = TorsoKind::ellipsoid;
+  TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;
   std::optional<EcgRequest> ecg;
   std::optional<ActivationRequest> activation;

@@ -1,0 +1,108 @@
+// Sums over tissue in a fixed order: blocks of 256 cells, then the blocks of a member. Members never share a block.
+// GPUs reduce a block by a work-group, CPUs by a loop of one work-item. Needs segments.clh, diffusion.clh and
+// -D LEADS (0 without an ECG).
+#ifndef LEADS
+#error "record.cl needs LEADS"
+#endif
+#define BLOCK 256
+#define QUANTITIES (LEADS + 1)  // the leads, and the number of cells whose potential is no number of use
+#define LARGEST_POTENTIAL_mV 1000
+
+#ifdef GPU
+// Sum of x over a work-group of BLOCK items; complete in item 0.
+inline real sum_of_group(real x, local real *scratch) {
+  const int item = get_local_id(0);
+  scratch[item] = x;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int half_size = BLOCK / 2; half_size > 0; half_size /= 2) {
+    if (item < half_size) scratch[item] += scratch[item + half_size];
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  const real total = scratch[0];
+  barrier(CLK_LOCAL_MEM_FENCE);
+  return total;
+}
+#endif
+
+// Leads of the potential V + dt_half div(D grad V), the half step that closes the splitting; V itself stays.
+// weights (LEADS, stride); partial (QUANTITIES, blocks).
+kernel void record_blocks(global const real *restrict V, global const real *restrict stencil,
+                          global const real *restrict inverse_capacity, global const int8 *restrict neighbours,
+                          global const real *restrict weights, global real *restrict partial, const int stride,
+                          const int blocks, const real dt_half) {
+#ifdef GPU
+  local real scratch[BLOCK];
+  const int i = THIS_CELL, block = get_group_id(0);
+  const Rows rows = neighbour_rows(neighbours, i);
+  const real inverse = inverse_capacity[i];
+  const real u = fma(dt_half * inverse, diffusion(V, stencil, stride, rows, i), V[i]);
+  const bool wild = inverse > 0 && !(fabs(u) < LARGEST_POTENTIAL_mV);
+  for (int q = 0; q < QUANTITIES; ++q) {
+    const real share = q == LEADS ? (wild ? 1 : 0) : inverse > 0 ? weights[i + q * (size_t)stride] * u : 0;
+    const real total = sum_of_group(share, scratch);
+    if (get_local_id(0) == 0) partial[block + q * blocks] = total;
+  }
+#else
+  const int block = get_global_id(0);
+  realv total[QUANTITIES];
+  for (int q = 0; q < QUANTITIES; ++q) total[q] = 0;
+  for (int k = 0; k < BLOCK; k += WIDTH) {
+    const int i = FIRST_CELL + block * BLOCK + k;
+    const Rows rows = neighbour_rows(neighbours, i);
+    const realv inverse = LOAD(inverse_capacity + i);
+    const intv tissue = isgreater(inverse, (realv)(0));
+    realv u = fma(dt_half * inverse, diffusion(V, stencil, stride, rows, i), LOAD(V + i));
+    u = WHERE(tissue, u, (realv)(0));
+    for (int q = 0; q < LEADS; ++q) total[q] = fma(LOAD(weights + i + q * (size_t)stride), u, total[q]);
+    total[LEADS] += WHERE(isless(fabs(u), (realv)(LARGEST_POTENTIAL_mV)), (realv)(0), (realv)(1));
+  }
+  for (int q = 0; q < QUANTITIES; ++q) {
+    real sum = 0;
+    for (int k = 0; k < WIDTH; ++k) sum += LANE(total[q], k);
+    partial[block + q * blocks] = sum;
+  }
+#endif
+}
+
+// series (samples, members, QUANTITIES) at row `sample`: sums of each member's blocks, from first_block[member] up to
+// first_block[member + 1].
+kernel void record_totals(global const real *restrict partial, global const int *restrict first_block,
+                          global real *restrict series, const int blocks, const int members, const int sample) {
+#ifdef GPU
+  local real scratch[BLOCK];
+  const int row = get_group_id(0), lane = get_local_id(0), lanes = BLOCK;
+#else
+  const int row = get_global_id(0), lane = 0, lanes = 1;
+#endif
+  const int member = row / QUANTITIES, q = row % QUANTITIES;
+  real total = 0;
+  for (int block = first_block[member] + lane; block < first_block[member + 1]; block += lanes)
+    total += partial[block + q * blocks];
+#ifdef GPU
+  total = sum_of_group(total, scratch);
+  if (lane == 0)
+#endif
+    series[((size_t)sample * members + member) * QUANTITIES + q] = total;
+}
+
+// Gershgorin's bound of the diffusion operator's largest |eigenvalue| (1/ms), by block: twice the sum of |couplings|
+// over the cell's capacity, at its largest. An explicit step is stable up to 2 / bound.
+kernel void diffusion_bound(global const real *restrict stencil, global const real *restrict inverse_capacity,
+                            global const int8 *restrict neighbours, global real *restrict bound, const int stride) {
+  const int block = get_global_id(0);
+  global const real *x = stencil, *y = x + (size_t)stride, *z = y + (size_t)stride;
+  global const real *xy = z + (size_t)stride, *xz = xy + (size_t)stride, *yz = xz + (size_t)stride;
+  realv largest = 0;
+  for (int k = 0; k < BLOCK; k += WIDTH) {
+    const int i = FIRST_CELL + block * BLOCK + k;
+    const Rows r = neighbour_rows(neighbours, i);
+    realv s = LOAD(x + i) + LOAD(x + i + 1) + LOAD(y + i) + LOAD(y + r.yp) + LOAD(z + i) + LOAD(z + r.zp);
+    s += fabs(LOAD(xy + i)) + fabs(LOAD(xy + r.yp + 1)) + fabs(LOAD(xy + i + 1)) + fabs(LOAD(xy + r.yp));
+    s += fabs(LOAD(xz + i)) + fabs(LOAD(xz + r.zp + 1)) + fabs(LOAD(xz + i + 1)) + fabs(LOAD(xz + r.zp));
+    s += fabs(LOAD(yz + i)) + fabs(LOAD(yz + r.yp_zp)) + fabs(LOAD(yz + r.yp)) + fabs(LOAD(yz + r.zp));
+    largest = fmax(largest, 2 * s * LOAD(inverse_capacity + i));
+  }
+  real result = 0;
+  for (int k = 0; k < WIDTH; ++k) result = fmax(result, LANE(largest, k));
+  bound[block] = result;
+}

@@ -1,0 +1,137 @@
+// Assembly of the diffusion operator div(D grad u) on the tissue: a symmetric graph Laplacian of 18 neighbours.
+//
+// The operator is the gradient of an energy that is a sum over vertices of the grid. A vertex whose eight cells are all
+// tissue has D = the mean of theirs and contributes
+//     1/2 sum_a D_aa (mean over its four a-faces of the squared difference) + sum_{a<b} D_ab (g_a g_b),
+// with g_a g_b averaged over its two ab-plaquettes and g_a the mean of the plaquette's two a-differences. On uniform
+// tissue this is the scheme of compact normal differences with averaged tangential ones: second order, and its Fourier
+// symbol  sum_ab D_ab w_a w_b + sum_a D_aa s_a^4/4,  s_a = 2 sin(k_a h/2), w_a = sin(k_a h),  vanishes for k = 0 alone,
+// so it has no checkerboard modes. Because each vertex's energy is positive, the operator is negative semi-definite for any
+// set of cells. With p, q the two diagonal differences of a plaquette, g_a g_b = (p^2 - q^2)/4: a cross term is a
+// coupling +-D_ab/2 across the diagonals, which is how diffusion.clh applies it.
+//
+// Cells cut by the surface hold a fraction of tissue: faces weigh as the smaller fraction of their two cells, vertices as
+// the smallest of their eight. Vertices that miss cells keep the cross terms of their complete plaquettes: all of them
+// if these lie in one orientation (a flat boundary), half of them otherwise, which is what positivity allows.
+//
+// conductivity: (6, stride) xx yy zz xy xz yz of each cell, scaled so that the result is in 1/ms (diffusivity / dx^2).
+// stencil: (6, stride) couplings to the lower x, y, z neighbour; diagonal couplings of the lower xy, xz, yz plaquette.
+// Needs segments.clh.
+
+constant int plaquette_axes[3][2] = {{0, 1}, {0, 2}, {1, 2}};  // xy, xz, yz
+
+typedef struct {
+  real weight;      // smallest fraction of the eight cells; 0 when one is missing
+  real normal[3];   // mean D_xx, D_yy, D_zz; of full vertices
+  real cross[3];    // mean D_xy, D_xz, D_yz; of full vertices
+  int oriented;     // bit o: a complete plaquette of orientation o
+} Vertex;
+
+// Compact place of the neighbour (dx, dy, dz) of grid cell `cell` (counted over members), exact also where the
+// neighbour lies in another segment; in the void segment where it is no tissue.
+inline int place_of(global const int *place, int cell, int dx, int dy, int dz) {
+  const int neighbour = cell + dx + NX * (dy + NY * dz);
+  return LANES * place[neighbour / LANES] + neighbour % LANES;
+}
+
+// The vertex at corner (cx, cy, cz), each 0 (lower) or 1 (upper), of grid cell `cell`.
+Vertex vertex_at(global const int *place, int cell, int cx, int cy, int cz, global const real *capacity,
+                 global const real *conductivity, int stride) {
+  Vertex v;
+  int cells[8];
+  v.weight = 1;
+  v.oriented = 0;
+  for (int k = 0; k < 8; ++k) {
+    cells[k] = place_of(place, cell, cx - 1 + (k & 1), cy - 1 + (k >> 1 & 1), cz - 1 + (k >> 2));
+    v.weight = fmin(v.weight, capacity[cells[k]]);
+  }
+  for (int c = 0; c < 3; ++c) v.normal[c] = v.cross[c] = 0;
+  if (v.weight > 0) {
+    for (int k = 0; k < 8; ++k)
+      for (int c = 0; c < 3; ++c) {
+        v.normal[c] += R(0.125) * conductivity[cells[k] + c * (size_t)stride];
+        v.cross[c] += R(0.125) * conductivity[cells[k] + (3 + c) * (size_t)stride];
+      }
+  } else {
+    for (int o = 0; o < 3; ++o) {
+      const int a = 1 << plaquette_axes[o][0], b = 1 << plaquette_axes[o][1], n = 7 - a - b;
+      for (int side = 0; side <= n; side += n) {
+        const real least = fmin(fmin(capacity[cells[side]], capacity[cells[side + a]]),
+                                fmin(capacity[cells[side + b]], capacity[cells[side + a + b]]));
+        if (least > 0) v.oriented |= 1 << o;
+      }
+    }
+  }
+  return v;
+}
+
+kernel void assemble_stencil(global const int *restrict first_cell, global const int *restrict place,
+                             global const real *restrict capacity, global const real *restrict conductivity,
+                             global real *restrict stencil, const int stride) {
+  const int i = get_global_id(0);
+  const int cell = first_cell[i / LANES] + i % LANES;
+  real coupling[6] = {0, 0, 0, 0, 0, 0};
+  if (capacity[i] > 0) {
+    // Lower faces: the four vertices of each, then what the face weighs beyond them.
+    for (int a = 0; a < 3; ++a) {
+      const int lower = place_of(place, cell, a == 0 ? -1 : 0, a == 1 ? -1 : 0, a == 2 ? -1 : 0);
+      const real face = fmin(capacity[i], capacity[lower]);
+      if (!(face > 0)) continue;
+      real of_vertices = 0;
+      for (int k = 0; k < 4; ++k) {
+        const int u = k & 1, w = k >> 1;
+        const Vertex v = vertex_at(place, cell, a == 0 ? 0 : u, a == 1 ? 0 : (a == 0 ? u : w), a == 2 ? 0 : w, capacity,
+                                   conductivity, stride);
+        coupling[a] += R(0.25) * v.weight * v.normal[a];
+        of_vertices += R(0.25) * v.weight;
+      }
+      const real normal = R(0.5) * (conductivity[i + a * (size_t)stride] + conductivity[lower + a * (size_t)stride]);
+      coupling[a] += fmax(face - of_vertices, R(0.0)) * normal;
+    }
+    // Lower plaquettes: the two vertices of each.
+    for (int o = 0; o < 3; ++o) {
+      const int a = plaquette_axes[o][0], b = plaquette_axes[o][1];
+      real least = capacity[i], mean = 0;
+      for (int k = 0; k < 4; ++k) {
+        const int da = -(k & 1), db = -(k >> 1);
+        const int corner = place_of(place, cell, a == 0 ? da : 0, a == 1 ? da : (b == 1 ? db : 0), b == 2 ? db : 0);
+        least = fmin(least, capacity[corner]);
+        mean += R(0.25) * conductivity[corner + (3 + o) * (size_t)stride];
+      }
+      if (!(least > 0)) continue;
+      for (int side = 0; side < 2; ++side) {
+        const Vertex v = vertex_at(place, cell, o == 2 ? side : 0, o == 1 ? side : 0, o == 0 ? side : 0, capacity,
+                                   conductivity, stride);
+        const bool alone = (v.oriented & (v.oriented - 1)) == 0;
+        coupling[3 + o] += R(0.5) * (v.weight > 0 ? v.weight * v.cross[o] : (alone ? R(1.0) : R(0.5)) * least * mean);
+      }
+      coupling[3 + o] *= R(0.5);  // across the diagonals
+    }
+  }
+  for (int c = 0; c < 6; ++c) stencil[i + c * (size_t)stride] = coupling[c];
+}
+
+// Conductivity tensor sigma_t I + (sigma_l - sigma_t) f f^T of each cell, times `scale`. Thesis, equation (sigma1).
+// With `membrane` it is divided by chi Cm, which makes it a diffusivity.
+// Region r has its sigma_l at parameter REGION_FIRST + REGION_STRIDE region_slot[r] + offset, its sigma_t behind it.
+kernel void conductivity_tensor(global const real *restrict parameters, global const ushort *restrict member_of,
+                                global const uchar *restrict tissue_region_of, global const real *restrict fibre,
+                                global real *restrict conductivity, const int stride, const int offset,
+                                const real scale, const int membrane) {
+  const int i = get_global_id(0);
+  real tensor[6] = {0, 0, 0, 0, 0, 0};
+  const int region = tissue_region_of[i];
+  if (region != NO_REGION) {
+    const int first = REGION_FIRST + REGION_STRIDE * region_slot[region] + offset;
+    global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
+    const real factor = membrane ? scale / (P[PARAM_electrophysiology_surface_to_volume_per_mm] *
+                                            P[PARAM_electrophysiology_capacitance_uF_per_mm2])
+                                 : scale;
+    const real along = factor * P[first], across = factor * P[first + 1];
+    const real f[3] = {fibre[i], fibre[i + (size_t)stride], fibre[i + 2 * (size_t)stride]};
+    for (int a = 0; a < 3; ++a) tensor[a] = across + (along - across) * f[a] * f[a];
+    for (int o = 0; o < 3; ++o)
+      tensor[3 + o] = (along - across) * f[plaquette_axes[o][0]] * f[plaquette_axes[o][1]];
+  }
+  for (int c = 0; c < 6; ++c) conductivity[i + c * (size_t)stride] = tensor[c];
+}

@@ -1,0 +1,90 @@
+// From a geometry to the compact tissue of every member: two passes over the grid (cells, then vertices), then the
+// compact arrays. Needs a geometry file in front (tissue_region), segments.clh, and
+// -D PARAMETERS (numbers in a member's block), EXCITABLE_TABLE (initialiser: 1 where a region is excitable).
+#if !defined(PARAMETERS) || !defined(EXCITABLE_TABLE)
+#error "tissue.cl needs PARAMETERS and EXCITABLE_TABLE"
+#endif
+
+constant uchar excitable[] = EXCITABLE_TABLE;
+
+// Pass 1. region and fraction of every cell of the grid. Fields (members, NZ, NY, NX).
+kernel void classify_cells(global const real *restrict parameters, const real4 origin_and_spacing,
+                           global uchar *restrict region, global float *restrict fraction) {
+  const int x = get_global_id(0), y = get_global_id(1), z = get_global_id(2) % NZ;
+  const int member = get_global_id(2) / NZ;
+  const real h = origin_and_spacing.w;
+  const real3 p = origin_and_spacing.xyz + h * ((real3)((real)x, (real)y, (real)z) + R(0.5));
+  real share = 0;
+  const int r = tissue_region(p, h, parameters + (size_t)member * PARAMETERS, &share);
+  const size_t cell = x + (size_t)NX * (y + (size_t)NY * get_global_id(2));
+  const bool active = r >= 0 && excitable[r >= 0 ? r : 0] && share > 0;
+  region[cell] = active ? (uchar)r : (uchar)NO_REGION;
+  fraction[cell] = active ? (float)share : 0.0f;
+}
+
+// Pass 2. Vertices (members, NZ + 1, NY + 1, NX + 1): 0 outside, 1 inside, 2 on the surface; a vertex is on the surface
+// when some, but not all, of the eight cells around it are tissue.
+kernel void classify_vertices(global const uchar *restrict region, global uchar *restrict vertex) {
+  const int x = get_global_id(0), y = get_global_id(1), z = get_global_id(2) % (NZ + 1);
+  const int member = get_global_id(2) / (NZ + 1);
+  int solid = 0;
+  for (int k = 0; k < 8; ++k) {
+    const int cx = x - 1 + (k & 1), cy = y - 1 + (k >> 1 & 1), cz = z - 1 + (k >> 2);
+    const bool inside = cx >= 0 && cx < NX && cy >= 0 && cy < NY && cz >= 0 && cz < NZ;
+    if (inside) solid += region[cx + (size_t)NX * (cy + (size_t)NY * (cz + (size_t)NZ * member))] != NO_REGION;
+  }
+  const size_t place = x + (size_t)(NX + 1) * (y + (size_t)(NY + 1) * get_global_id(2));
+  vertex[place] = solid == 8 ? 1 : solid > 0 ? 2 : 0;
+}
+
+// Whether each run of 8 cells along x holds tissue: (members, NZ, NY, NX / 8).
+kernel void flag_segments(global const uchar *restrict region, global uchar *restrict flag) {
+  const size_t segment = get_global_id(0);
+  const uchar8 r = vload8(segment, region);
+  flag[segment] = any(r != (uchar8)NO_REGION) ? 1 : 0;
+}
+
+// Compact copies of region and fraction, and 1 / fraction (0 where there is no tissue).
+// first_cell[s]: grid cell of segment s, counted over members; -1 in padding.
+kernel void gather_cells(global const uchar *restrict region, global const float *restrict fraction,
+                         global const int *restrict first_cell, global uchar *restrict tissue_region_of,
+                         global real *restrict capacity, global real *restrict inverse_capacity) {
+  const int i = get_global_id(0), lane = i % LANES;
+  const int cell = first_cell[i / LANES];
+  const float share = cell < 0 ? 0.0f : fraction[cell + lane];
+  tissue_region_of[i] = cell < 0 ? (uchar)NO_REGION : region[cell + lane];
+  capacity[i] = share;
+  inverse_capacity[i] = share > 0 ? 1 / (real)share : 0;
+}
+
+// Compact places of the eight neighbouring rows. place[]: segment number of each run of the grid, 1 (void) where it
+// holds no tissue; tissue never touches the grid's outermost cells, so that no neighbour lies outside.
+kernel void link_segments(global const int *restrict first_cell, global const int *restrict place,
+                          global int8 *restrict neighbours) {
+  const int s = get_global_id(0);
+  const int cell = first_cell[s];
+  int8 n = (int8)VOID_CELL;
+  if (cell >= 0) {
+    const int run = cell / LANES, row = NX / LANES, layer = NX / LANES * NY;
+    n = LANES * (int8)(place[run - row], place[run + row], place[run - layer], place[run + layer],
+                       place[run - row - layer], place[run + row - layer],
+                       place[run - row + layer], place[run + row + layer]);
+  }
+  neighbours[s] = n;
+}
+
+// Fibre directions at the centres of tissue cells: (3, stride). Zero where the rule gives none.
+kernel void fibre_field(global const real *restrict parameters, const real4 origin_and_spacing,
+                        global const int *restrict first_cell, global const ushort *restrict member_of,
+                        global const uchar *restrict tissue_region_of, global real *restrict fibre, const int stride) {
+  const int i = get_global_id(0), s = i / LANES;
+  real3 f = (real3)(0);
+  if (tissue_region_of[i] != NO_REGION) {
+    const int member = member_of[s];
+    const real3 p = cell_centre(first_cell[s] % (NX * NY * NZ), i % LANES, origin_and_spacing.xyz, origin_and_spacing.w);
+    f = fibre_direction(p, tissue_region_of[i], parameters + (size_t)member * PARAMETERS);
+  }
+  fibre[i] = f.x;
+  fibre[i + (size_t)stride] = f.y;
+  fibre[i + 2 * (size_t)stride] = f.z;
+}

@@ -1,0 +1,104 @@
+#include "solver/cell_model.hpp"
+
+#include <algorithm>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+
+#include "solver/device.hpp"
+#include "solver/scene.hpp"
+
+namespace cohort {
+
+namespace {
+
+constexpr const char* folder = "cells/";
+constexpr const char* ending = ".cl";
+
+int parameter_index(const CellModel& model, const std::string& name) {
+  const auto it = std::find_if(model.parameters.begin(), model.parameters.end(),
+                               [&](const Parameter& p) { return p.path == name; });
+  return it == model.parameters.end() ? -1 : static_cast<int>(it - model.parameters.begin());
+}
+
+void read_declaration(CellModel& model, std::istringstream& words) {
+  std::string kind;
+  words >> kind;
+  if (kind == "parameter") {
+    Parameter p{};
+    words >> p.path >> p.value >> p.lower >> p.upper >> p.unit >> std::quoted(p.meaning) >> std::quoted(p.source);
+    if (!words) throw std::invalid_argument("want: parameter NAME DEFAULT LOWER UPPER UNIT \"meaning\" \"source\"");
+    model.parameters.push_back(std::move(p));
+  } else if (kind == "state") {
+    CellModel::State state;
+    words >> state.name >> state.initial;
+    if (!words) throw std::invalid_argument("want: state NAME INITIAL");
+    model.states.push_back(std::move(state));
+  } else if (kind == "rest") {
+    std::string name;
+    words >> name;
+    model.rest = parameter_index(model, name);
+    if (model.rest < 0) throw std::invalid_argument("rest: no parameter " + name);
+  } else if (kind == "derived") {
+    CellModel::Derived derived;
+    words >> derived.name;
+    for (std::string name; words >> name;) {
+      derived.from.push_back(parameter_index(model, name));
+      if (derived.from.back() < 0) throw std::invalid_argument("derived: no parameter " + name);
+    }
+    model.derived.push_back(std::move(derived));
+  } else {
+    throw std::invalid_argument("unknown declaration " + kind);
+  }
+}
+
+}  // namespace
+
+CellModel read_cell_model(const std::string& name) {
+  const std::vector<std::string> known = cell_models();
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    throw std::invalid_argument("no cell model \"" + name + "\" in kernels/cells");
+  CellModel model;
+  model.name = name;
+  std::istringstream source(kernel_source(folder + name + ending));
+  int number = 0;
+  for (std::string line; std::getline(source, line);) {
+    ++number;
+    if (!line.starts_with("//@")) continue;
+    std::istringstream words(line.substr(3));
+    try {
+      read_declaration(model, words);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("kernels/cells/" + name + ending + ":" + std::to_string(number) + ": " +
+                                  error.what());
+    }
+  }
+  if (model.rest < 0 || model.states.empty())
+    throw std::invalid_argument("kernels/cells/" + name + ending + ": a cell model needs rest and state lines");
+  return model;
+}
+
+std::string CellModel::macros() const {
+  std::ostringstream text;
+  text << std::setprecision(17);
+  for (size_t k = 0; k < parameters.size(); ++k) text << "#define P_" << parameters[k].path << " " << k << "\n";
+  for (size_t k = 0; k < derived.size(); ++k) text << "#define D_" << derived[k].name << " " << k << "\n";
+  for (size_t k = 0; k < states.size(); ++k) text << "#define S_" << states[k].name << " " << k << "\n";
+  text << "#define CELL_PARAMETERS " << parameters.size() << "\n#define CELL_DERIVED " << derived.size()
+       << "\n#define CELL_STATES " << states.size() << "\n#define REST " << rest << "\n#define INITIAL_STATES {";
+  for (const State& state : states) text << state.initial << ", ";
+  text << "}\n";
+  return text.str();
+}
+
+std::vector<std::string> cell_models() {
+  std::vector<std::string> names;
+  for (const std::string& file : kernel_files()) {
+    if (!file.starts_with(folder) || !file.ends_with(ending)) continue;
+    names.push_back(file.substr(std::string(folder).size(), file.size() - std::string(folder).size() -
+                                                                std::string(ending).size()));
+  }
+  return names;
+}
+
+}  // namespace cohort

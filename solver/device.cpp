@@ -1,0 +1,192 @@
+#include "solver/device.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+
+namespace cohort {
+
+extern const std::map<std::string, std::string> embedded_kernels;
+
+namespace {
+
+// Tokens of cl_khr_device_uuid, cl_khr_pci_bus_info and cl_nv_device_attribute_query; the 1.2 headers lack some.
+constexpr cl_device_info device_uuid_khr = 0x106A;
+constexpr cl_device_info device_pci_bus_nv = 0x4008;
+constexpr cl_device_info device_pci_slot_nv = 0x4009;
+constexpr cl_device_info device_pci_domain_nv = 0x400A;
+
+std::string unique_id(const cl::Device& device, const std::string& fallback) {
+  const std::string extensions = device.getInfo<CL_DEVICE_EXTENSIONS>();
+  if (extensions.find("cl_nv_device_attribute_query") != std::string::npos) {
+    cl_uint bus = 0, slot = 0, domain = 0;
+    if (clGetDeviceInfo(device(), device_pci_bus_nv, sizeof bus, &bus, nullptr) == CL_SUCCESS &&
+        clGetDeviceInfo(device(), device_pci_slot_nv, sizeof slot, &slot, nullptr) == CL_SUCCESS) {
+      clGetDeviceInfo(device(), device_pci_domain_nv, sizeof domain, &domain, nullptr);
+      std::array<char, 32> text{};
+      std::snprintf(text.data(), text.size(), "pci %04x:%02x:%02x", domain, bus, slot >> 3);
+      return text.data();
+    }
+  }
+  if (extensions.find("cl_khr_device_uuid") != std::string::npos) {
+    std::array<unsigned char, 16> uuid{};
+    if (clGetDeviceInfo(device(), device_uuid_khr, uuid.size(), uuid.data(), nullptr) == CL_SUCCESS) {
+      std::string text = "uuid ";
+      for (const unsigned char byte : uuid) {
+        std::array<char, 3> hex{};
+        std::snprintf(hex.data(), hex.size(), "%02x", byte);
+        text += hex.data();
+      }
+      return text;
+    }
+  }
+  return fallback;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> devices() {
+  std::vector<cl::Platform> platforms;
+  try {
+    cl::Platform::get(&platforms);
+  } catch (const cl::Error&) {
+    return {};  // the loader answers CL_PLATFORM_NOT_FOUND_KHR where no driver is installed
+  }
+  std::vector<DeviceInfo> result;
+  for (const cl::Platform& platform : platforms) {
+    std::vector<cl::Device> found;
+    try {
+      platform.getDevices(CL_DEVICE_TYPE_ALL, &found);
+    } catch (const cl::Error&) {
+      continue;  // a platform without devices
+    }
+    const std::string platform_name = platform.getInfo<CL_PLATFORM_NAME>();
+    for (size_t i = 0; i < found.size(); ++i) {
+      const cl::Device& device = found[i];
+      result.push_back({device.getInfo<CL_DEVICE_NAME>(), platform_name,
+                        unique_id(device, platform_name + " " + std::to_string(i)),
+                        (device.getInfo<CL_DEVICE_TYPE>() & CL_DEVICE_TYPE_GPU) != 0,
+                        static_cast<size_t>(device.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>()), device});
+    }
+  }
+  std::sort(result.begin(), result.end(), [](const DeviceInfo& a, const DeviceInfo& b) {
+    return std::tie(b.gpu, a.unique_id) < std::tie(a.gpu, b.unique_id);
+  });
+  // One GPU may answer through two platforms: the first by name stands.
+  result.erase(std::unique(result.begin(), result.end(),
+                           [](const DeviceInfo& a, const DeviceInfo& b) {
+                             return a.gpu && b.gpu && a.unique_id == b.unique_id;
+                           }),
+               result.end());
+  return result;
+}
+
+Device::Device(const DeviceInfo& info)
+    : info_(info),
+      context_(info.handle),
+      queue_(context_, info.handle),
+      profiling_queue_(context_, info.handle, CL_QUEUE_PROFILING_ENABLE) {}
+
+int Device::vector_width(bool double_precision) const {
+  if (info_.gpu) return 1;
+  return double_precision ? 4 : 8;
+}
+
+cl::Program Device::build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
+                          const std::string& generated) {
+  std::string source;
+  if (!generated.empty()) source += "#line 1 \"generated\"\n" + generated + "\n";
+  std::vector<std::string> joined = {"common.clh"};
+  joined.insert(joined.end(), files.begin(), files.end());
+  for (const std::string& file : joined) source += "#line 1 \"" + file + "\"\n" + kernel_source(file) + "\n";
+
+  std::string options = "-cl-std=CL1.2";
+  if (info_.gpu) options += " -DGPU";
+  for (const std::string& definition : definitions) options += " -D" + definition;
+
+  const std::string key = options + "\n" + source;
+  for (const auto& [known, program] : programs_)
+    if (known == key) return program;
+
+  cl::Program program(context_, source);
+  try {
+    program.build({info_.handle}, options.c_str());
+  } catch (const cl::Error& error) {
+    throw std::runtime_error("OpenCL build of " + files.back() + " failed (" + std::to_string(error.err()) +
+                             ") with " + options + ":\n" +
+                             program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(info_.handle));
+  }
+  programs_.emplace_back(key, program);
+  return program;
+}
+
+cl::Buffer Device::allocate(std::size_t bytes) {
+  try {
+    cl::Buffer buffer(context_, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 64));
+    allocated_bytes_ += bytes;
+    return buffer;
+  } catch (const cl::Error& error) {
+    throw std::runtime_error("cannot allocate " + std::to_string(bytes) + " bytes on " + info_.name + " (" +
+                             std::to_string(error.err()) + "), with " + std::to_string(allocated_bytes_) +
+                             " bytes allocated before");
+  }
+}
+
+double Device::triad_GB_per_s() {
+  if (triad_ > 0) return triad_;
+  // Three arrays of 512 MiB on GPUs, 128 MiB on CPUs: several times the last cache.
+  const std::size_t count = (info_.gpu ? std::size_t{1} << 27 : std::size_t{1} << 25);
+  const cl::Program program = build({"triad.cl"}, {});
+  std::array<cl::Buffer, 3> arrays;
+  for (cl::Buffer& array : arrays) {
+    array = cl::Buffer(context_, CL_MEM_READ_WRITE, count * sizeof(float));
+    queue_.enqueueFillBuffer(array, 1.0f, 0, count * sizeof(float));
+  }
+  cl::Kernel kernel(program, "triad");
+  for (cl_uint i = 0; i < 3; ++i) kernel.setArg(i, arrays[i]);
+  constexpr int repetitions = 10;
+  double best_s = 1e9;
+  for (int repetition = 0; repetition < repetitions; ++repetition) {
+    queue_.finish();
+    const auto start = std::chrono::steady_clock::now();
+    queue_.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(count), cl::NullRange);
+    queue_.finish();
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    if (repetition > 0) best_s = std::min(best_s, elapsed.count());  // the first one warms up
+  }
+  float last = 0;
+  queue_.enqueueReadBuffer(arrays[2], CL_TRUE, (count - 1) * sizeof(float), sizeof last, &last);
+  if (last != 4.0f) throw std::runtime_error("the triad's answer is wrong on " + info_.name);
+  triad_ = 3.0 * sizeof(float) * static_cast<double>(count) / best_s * 1e-9;
+  return triad_;
+}
+
+std::string kernel_source(const std::string& file) {
+  if (const char* folder = std::getenv("COHORT_KERNELS")) {
+    std::ifstream stream(std::filesystem::path(folder) / file);
+    if (!stream) throw std::out_of_range("no kernel file " + file + " in COHORT_KERNELS=" + folder);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+  }
+  const auto it = embedded_kernels.find(file);
+  if (it == embedded_kernels.end()) throw std::out_of_range("no kernel file " + file);
+  return it->second;
+}
+
+std::vector<std::string> kernel_files() {
+  std::vector<std::string> files;
+  for (const auto& entry : embedded_kernels) files.push_back(entry.first);
+  return files;
+}
+
+}  // namespace cohort

@@ -1,0 +1,109 @@
+#include "solver/electrophysiology.hpp"
+
+#include <algorithm>
+
+namespace cohort {
+
+namespace {
+
+constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
+constexpr const char* niederer = "Niederer et al. 2011, table 1";
+
+// The conductivities that a region may set for itself, in the order of its run in the table.
+const std::vector<Parameter>& conductivities() {
+  static const std::vector<Parameter> list = {
+      {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres", thesis},
+      {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres", thesis},
+      {"intracellular_longitudinal_mS_per_mm", "mS/mm", 0.17, 0, 10,
+       "intracellular conductivity along fibres, source of the ECG", niederer},
+      {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
+       "intracellular conductivity across fibres, source of the ECG",
+       "ratio to the longitudinal one as in the monodomain conductivities"},
+  };
+  return list;
+}
+
+}  // namespace
+
+void declare_electrophysiology(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "electrophysiology.";
+  for (Parameter p : conductivities()) {
+    p.path = root + p.path;
+    table.add(p);
+  }
+  table.add({root + "surface_to_volume_per_mm", "1/mm", 140, 1, 10000, "membrane area in a volume of tissue", niederer});
+  table.add({root + "capacitance_uF_per_mm2", "uF/mm2", 0.01, 1e-4, 100, "membrane capacitance", niederer});
+  table.add({root + "activation_threshold_mV", "mV", 0, -200, 200,
+             "a cell is activated when its potential first rises through this", niederer});
+
+  const CellModel model = read_cell_model(scene.cell_model);
+  const std::string cell_root = root + model.name + ".";
+  for (Parameter p : model.parameters) {
+    p.path = cell_root + p.path;
+    table.add(p);
+  }
+  for (const Region& region : scene.regions) {
+    if (!region.excitable) continue;
+    const std::string region_root = root + "regions." + region.name + ".";
+    for (Parameter p : conductivities()) {
+      p.inherits = root + p.path;
+      p.path = region_root + p.path;
+      p.value = inherited;
+      table.add(p);
+    }
+    for (Parameter p : model.parameters) {
+      p.inherits = cell_root + p.path;
+      p.path = region_root + p.path;
+      p.value = inherited;
+      table.add(p);
+    }
+  }
+}
+
+RegionParameters region_parameters(const Scene& scene, const CellModel& model) {
+  RegionParameters result{};
+  result.intracellular_offset = 2;
+  result.cell_offset = static_cast<int>(conductivities().size());
+  result.stride = result.cell_offset + static_cast<int>(model.parameters.size());
+  result.cell_first =
+      scene.parameters.index("electrophysiology." + model.name + "." + model.parameters.front().path);
+  result.first = -1;
+  for (const Region& region : scene.regions) {
+    result.slot.push_back(region.excitable ? result.slots++ : -1);
+    if (region.excitable && result.first < 0)
+      result.first = scene.parameters.index("electrophysiology.regions." + region.name + "." +
+                                            conductivities().front().path);
+  }
+  return result;
+}
+
+void declare_stimuli(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  for (const Stimulus& stimulus : scene.stimuli) {
+    const std::string root = "stimuli." + stimulus.name + ".";
+    const char* source = "the scene";
+    table.add({root + "start_ms", "ms", 0, 0, 1e6, "start of the first pulse", source});
+    table.add({root + "duration_ms", "ms", 2, 1e-3, 1e6, "length of a pulse", niederer});
+    table.add({root + "period_ms", "ms", 0, 0, 1e6, "from pulse to pulse; 0: one pulse only", source});
+    table.add({root + "count", "1", 1, 1, 1e6, "number of pulses, with a period", source});
+    table.add({root + "amplitude_mV_per_ms", "mV/ms", 35.714, -1000, 1000, "rate of change of the potential", niederer});
+    const Parameter length{"", "mm", 0, -1e4, 1e4, "where it acts", source};
+    if (stimulus.kind == Stimulus::Kind::box) {
+      Parameter lower = length, upper = length;
+      lower.path = root + "lower_mm";
+      upper.path = root + "upper_mm";
+      table.add_vector(lower, 0, 0, 0);
+      table.add_vector(upper, 1.5, 1.5, 1.5);
+    } else {
+      if (stimulus.kind == Stimulus::Kind::sphere) {
+        Parameter centre = length;
+        centre.path = root + "centre_mm";
+        table.add_vector(centre, 0, 0, 0);
+      }
+      table.add({root + "radius_mm", "mm", 5, 0.01, 1000, "radius within which it acts", source});
+    }
+  }
+}
+
+}  // namespace cohort

@@ -1,0 +1,53 @@
+#include "solver/launch.hpp"
+
+namespace cohort {
+
+std::size_t Launcher::entry(std::string_view name) {
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (entries_[i].name == name) return i;
+  entries_.push_back({std::string(name)});
+  return entries_.size() - 1;
+}
+
+void Launcher::enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes) {
+  Entry& entry = entries_[handle.entry];
+  ++entry.calls;
+  entry.bytes += bytes;
+  if (profiling_) {
+    cl::Event event;
+    device_.profiling_queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local, nullptr, &event);
+    events_.emplace_back(handle.entry, event);
+  } else {
+    device_.queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local);
+  }
+}
+
+void Launcher::profile(bool on) {
+  if (on == profiling_) return;
+  queue().finish();
+  if (profiling_) collect();
+  profiling_ = on;
+}
+
+void Launcher::collect() {
+  for (const auto& [index, event] : events_) {
+    const cl_ulong start = event.getProfilingInfo<CL_PROFILING_COMMAND_START>();
+    const cl_ulong end = event.getProfilingInfo<CL_PROFILING_COMMAND_END>();
+    entries_[index].timed_ms += static_cast<double>(end - start) * 1e-6;
+    ++entries_[index].timed;
+  }
+  events_.clear();
+}
+
+std::vector<KernelPerformance> Launcher::performance() const {
+  std::vector<KernelPerformance> result;
+  for (const Entry& entry : entries_) {
+    if (entry.calls == 0) continue;
+    const double calls = static_cast<double>(entry.calls);
+    const double each_ms = entry.timed > 0 ? entry.timed_ms / static_cast<double>(entry.timed) : 0;
+    result.push_back({entry.name, entry.calls, each_ms * calls, entry.bytes / calls});
+  }
+  return result;
+}
+
+}  // namespace cohort

@@ -1,0 +1,289 @@
+#include "solver/torso.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace cohort {
+namespace {
+
+constexpr double tolerance = 1e-6;    // |b - A x| / |b| aimed at
+constexpr double acceptable = 1e-4;   // single precision may stop short of the aim, never here
+constexpr int window = 4 * 4 * 4;     // cells of an electrode
+constexpr int electrodes = static_cast<int>(electrode_names.size());
+
+/// Sizes of a torso that is not unbounded.
+struct Sizes {
+  Point centre, half;  // mm
+  double exponent;     // cylinder
+};
+
+Sizes sizes(TorsoKind kind, const ParameterTable& table, const std::vector<double>& values) {
+  const auto value = [&](const char* name) {
+    return values[static_cast<std::size_t>(table.index(std::string("torso.") + name))];
+  };
+  const double lower = value("lower_mm"), upper = value("upper_mm");
+  return {{0, 0, (lower + upper) / 2},
+          {value("half_width_mm"), value("half_depth_mm"), (upper - lower) / 2},
+          kind == TorsoKind::cylinder ? value("exponent") : 2.0};
+}
+
+Point vector_value(const ParameterTable& table, const std::vector<double>& values, const std::string& path) {
+  const auto first = static_cast<std::size_t>(table.index(path + ".x"));
+  return {values[first], values[first + 1], values[first + 2]};
+}
+
+/// `place` on the skin, or as given when it is inside and may stay there.
+Point on_skin(TorsoKind kind, const Sizes& torso, Point place, bool may_be_inside) {
+  Point u;  // from the centre, in half-extents
+  for (std::size_t i = 0; i < 3; ++i) u[i] = (place[i] - torso.centre[i]) / torso.half[i];
+  const double x = std::abs(u[0]), y = std::abs(u[1]), z = std::abs(u[2]);
+  double level = 0;  // 1 on the ray's end
+  if (kind == TorsoKind::ellipsoid) level = std::hypot(x, y, z);
+  else if (kind == TorsoKind::box) level = std::max(x, y);
+  else level = std::pow(std::pow(x, torso.exponent) + std::pow(y, torso.exponent), 1 / torso.exponent);
+  if (kind != TorsoKind::ellipsoid) place[2] = std::clamp(place[2], torso.centre[2] - torso.half[2], torso.centre[2] + torso.half[2]);
+  if (level == 0 || (level <= 1 && may_be_inside)) return place;
+  const std::size_t axes = kind == TorsoKind::ellipsoid ? 3 : 2;
+  for (std::size_t i = 0; i < axes; ++i) place[i] = torso.centre[i] + (place[i] - torso.centre[i]) / level;
+  return place;
+}
+
+}  // namespace
+
+void declare_torso(ParameterTable& table, TorsoKind kind) {
+  const std::string notes = "tuned to a normal ECG (reference/heart_notes.md)";
+  table.add({"torso.conductivity_mS_per_mm", "mS/mm", 0.20, 1e-3, 10, "conductivity of the torso, isotropic", notes});
+  if (kind != TorsoKind::unbounded) {
+    Parameter dx{"torso.dx_mm", "mm", 5, 0.5, 20, "edge of a cell of the torso's grid", "measured: tests/verification/lead_field.cpp"};
+    dx.structural = true;
+    table.add(dx);
+    table.add({"torso.half_width_mm", "mm", 175, 40, 400, "half of the width, left to right", notes});
+    table.add({"torso.half_depth_mm", "mm", 125, 40, 400, "half of the depth, front to back", notes});
+    table.add({"torso.lower_mm", "mm", -250, -800, -40, "height of the lower end", notes});
+    table.add({"torso.upper_mm", "mm", 200, 40, 800, "height of the upper end", notes});
+  }
+  if (kind == TorsoKind::cylinder)
+    table.add({"torso.exponent", "1", 2.5, 1.5, 20, "of the cross-section |x/a|^n + |y/b|^n < 1; 2: an ellipse", notes});
+
+  table.add({"torso.heart.azimuth_deg", "deg", 38, -180, 180, "apex: angle from left to the front", notes});
+  table.add({"torso.heart.elevation_deg", "deg", 30, -89, 89, "apex: angle below the horizontal", notes});
+  table.add({"torso.heart.roll_deg", "deg", 19, -180, 180,
+             "about the long axis: anterior wall from above to the front, right ventricle down", notes});
+  table.add_vector({"torso.heart.point_mm", "mm", 0, -200, 200, "point of the heart's frame that is put at position_mm", notes}, 10, 0, -36);
+  table.add_vector({"torso.heart.position_mm", "mm", 0, -400, 400, "where in the torso: left, posterior, superior", notes}, 29, -33, -3);
+
+  // On the front and the left of the default cylinder, where only a height and a width or depth are known.
+  const auto front = [](double x) { return -125 * std::pow(1 - std::pow(std::abs(x) / 175, 2.5), 0.4); };
+  const auto left = [](double y) { return 175 * std::pow(1 - std::pow(std::abs(y) / 125, 2.5), 0.4); };
+  const Point places[] = {{-140, -12, 175},      {140, -12, 175},       {88, front(88), -235},
+                          {-22, front(22), 10},  {22, front(22), 10},   {53, front(53), -5},
+                          {85, front(85), -20},  {122, front(122), -20}, {left(31), -31, -20}};
+  for (std::size_t e = 0; e < electrode_names.size(); ++e)
+    table.add_vector({"torso.electrodes." + std::string(electrode_names[e]) + "_mm", "mm", 0, -1000, 1000,
+                      e < 2 ? "electrode, inside or on the skin: left, posterior, superior"
+                            : "electrode, moved onto the skin: left, posterior, superior", notes},
+                     places[e][0], places[e][1], places[e][2]);
+}
+
+Point Pose::operator()(const Point& p) const {
+  Point result = translation_mm;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) result[i] += rotation[3 * i + j] * p[j];
+  return result;
+}
+
+Pose heart_pose(const ParameterTable& table, const std::vector<double>& values) {
+  const auto radians = [&](const char* name) {
+    return values[static_cast<std::size_t>(table.index(std::string("torso.heart.") + name))] * std::numbers::pi / 180;
+  };
+  const double az = radians("azimuth_deg"), el = radians("elevation_deg"), roll = radians("roll_deg");
+  const double ca = std::cos(az), sa = std::sin(az), ce = std::cos(el), se = std::sin(el);
+  const double cr = std::cos(roll), sr = std::sin(roll);
+  const Point base = {-ce * ca, ce * sa, se};      // heart's z
+  const Point septum = {-sa, -ca, 0};              // heart's x at roll 0: horizontal, to the right and front
+  const Point anterior = {se * ca, -se * sa, ce};  // heart's y at roll 0: z cross x
+  Pose pose{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    pose.rotation[3 * i] = cr * septum[i] - sr * anterior[i];
+    pose.rotation[3 * i + 1] = sr * septum[i] + cr * anterior[i];
+    pose.rotation[3 * i + 2] = base[i];
+  }
+  const Point turned = pose(vector_value(table, values, "torso.heart.point_mm"));
+  const Point position = vector_value(table, values, "torso.heart.position_mm");
+  for (std::size_t i = 0; i < 3; ++i) pose.translation_mm[i] = position[i] - turned[i];
+  return pose;
+}
+
+std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& table, const std::vector<double>& values) {
+  std::array<Point, 9> places;
+  for (std::size_t e = 0; e < places.size(); ++e) {
+    places[e] = vector_value(table, values, "torso.electrodes." + std::string(electrode_names[e]) + "_mm");
+    if (kind != TorsoKind::unbounded) places[e] = on_skin(kind, sizes(kind, table, values), places[e], e < 2);
+  }
+  return places;
+}
+
+Torso::Torso(Device& device, const Scene& scene)
+    : device_(device), kind_(scene.torso), double_(scene.precision == Precision::double_), table_(scene.parameters) {
+  table_.index("torso.conductivity_mS_per_mm");
+  for (int i = 0; i < table_.size(); ++i) {
+    const std::string& path = table_[i].path;
+    if (path.starts_with("torso.") && !path.starts_with("torso.heart.") && path != "torso.conductivity_mS_per_mm")
+      key_parameters_.push_back(i);
+  }
+  if (kind_ == TorsoKind::unbounded) return;
+  std::vector<std::string> definitions = {kind_ == TorsoKind::box         ? "TORSO_BOX"
+                                          : kind_ == TorsoKind::ellipsoid ? "TORSO_ELLIPSOID"
+                                                                          : "TORSO_CYLINDER"};
+  if (double_) definitions.push_back("DOUBLE");
+  program_ = device_.build({"elliptic.clh", "torso.cl"}, definitions);
+}
+
+std::vector<std::string> Torso::definitions() const {
+  std::vector<std::string> result = {"ELECTRODES=" + std::to_string(electrodes)};
+  if (kind_ == TorsoKind::unbounded) result.push_back("LEAD_FIELD_UNBOUNDED");
+  return result;
+}
+
+/// The grid is centred on the torso and just holds it.
+Torso::Box Torso::box(const std::vector<double>& values) const {
+  const Sizes torso = sizes(kind_, table_, values);
+  Box grid{torso.centre, torso.half, {}, {}, values[static_cast<std::size_t>(table_.index("torso.dx_mm"))]};
+  for (std::size_t i = 0; i < 3; ++i) {
+    constexpr double rounding = 1e-9;
+    grid.cells[i] = std::max(4, static_cast<int>(std::ceil(2 * grid.half[i] / grid.dx - rounding)));
+    grid.corner[i] = grid.centre[i] - grid.cells[i] * grid.dx / 2;
+  }
+  return grid;
+}
+
+std::size_t Torso::bytes(const std::vector<double>& values) const {
+  if (kind_ == TorsoKind::unbounded) return 64;
+  const Box grid = box(values);
+  const std::size_t real = double_ ? sizeof(double) : sizeof(float);
+  std::size_t padded = 1, corners = 1;
+  for (const int n : grid.cells) {
+    padded *= static_cast<std::size_t>(n) + 2;
+    corners *= static_cast<std::size_t>(n) + 1;
+  }
+  return EllipticSolver::bytes(grid.cells, electrodes, double_) +
+         real * (2 * electrodes * padded + corners + electrodes * window) + 3 * electrodes * sizeof(cl_int);
+}
+
+const LeadFields& Torso::fields(const std::vector<double>& values) {
+  std::vector<double> key;
+  for (const int i : key_parameters_) key.push_back(values[static_cast<std::size_t>(i)]);
+  if (key == key_) return fields_;
+  key_.clear();  // stays so when the solve fails
+  if (kind_ == TorsoKind::unbounded) {
+    if (!fields_.potential()) fields_.potential = device_.allocate(64);
+    fields_.electrodes_mm = electrode_places(kind_, table_, values);
+  } else {
+    solve(values);
+  }
+  key_ = key;
+  return fields_;
+}
+
+void Torso::solve(const std::vector<double>& values) {
+  const Box grid = box(values);
+  const std::size_t real = double_ ? sizeof(double) : sizeof(float);
+  if (!solver_ || solver_->cells() != grid.cells) {
+    solver_.reset();
+    solver_ = std::make_unique<EllipticSolver>(device_, grid.cells, electrodes, double_);
+    const std::size_t field = solver_->field_cells();
+    source_ = device_.allocate(electrodes * field * real);
+    fields_.potential = device_.allocate(electrodes * field * real);
+    std::size_t corners = 1;
+    for (const int n : grid.cells) corners *= static_cast<std::size_t>(n) + 1;
+    level_ = device_.allocate(corners * real);
+    weights_ = device_.allocate(electrodes * window * real);
+    windows_ = device_.allocate(3 * electrodes * sizeof(cl_int));
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    fields_.extent[i] = grid.cells[i] + 2;
+    fields_.origin_mm[i] = grid.corner[i] - grid.dx / 2;
+  }
+  fields_.dx_mm = grid.dx;
+  fields_.electrodes_mm = electrode_places(kind_, table_, values);
+  if (double_) enqueue_sources<double>(values, grid);
+  else enqueue_sources<float>(values, grid);
+
+  const EllipticResult result = solver_->solve(source_, fields_.potential, tolerance);
+  ++solves_;
+  fields_.iterations = result.iterations;
+  fields_.relative_residual = result.relative_residual;
+  if (!(result.relative_residual < acceptable))
+    throw std::runtime_error("the lead fields do not converge: relative residual " +
+                             std::to_string(result.relative_residual) + " after " +
+                             std::to_string(result.iterations) + " iterations");
+
+  cl::Kernel outside(program_, "continue_outside");
+  for (cl_uint i = 0; i < 3; ++i) outside.setArg(i, grid.cells[i]);
+  outside.setArg(3, solver_->inverse_diagonal());
+  outside.setArg(4, fields_.potential);
+  device_.queue().enqueueNDRangeKernel(
+      outside, cl::NullRange,
+      cl::NDRange(static_cast<std::size_t>(fields_.extent[0]), static_cast<std::size_t>(fields_.extent[1]),
+                  static_cast<std::size_t>(fields_.extent[2] * electrodes)));
+}
+
+/// Conductances, coarse levels and the nine right-hand sides.
+template <typename Real>
+void Torso::enqueue_sources(const std::vector<double>& values, const Box& grid) {
+  cl::CommandQueue& queue = device_.queue();
+  const auto range = [&](int more) {
+    return cl::NDRange(static_cast<std::size_t>(grid.cells[0] + more), static_cast<std::size_t>(grid.cells[1] + more),
+                       static_cast<std::size_t>(grid.cells[2] + more));
+  };
+  cl::Kernel level(program_, "torso_level_set"), conductance(program_, "torso_conductance"),
+      currents(program_, "electrode_currents");
+  for (cl_uint i = 0; i < 3; ++i) {
+    level.setArg(i, grid.cells[i]);
+    level.setArg(3 + i, static_cast<Real>((grid.corner[i] - grid.centre[i]) / grid.half[i]));
+    level.setArg(6 + i, static_cast<Real>(grid.dx / grid.half[i]));
+    conductance.setArg(i, grid.cells[i]);
+    currents.setArg(i, grid.cells[i]);
+  }
+  level.setArg(9, static_cast<Real>(sizes(kind_, table_, values).exponent));
+  level.setArg(10, level_);
+  queue.enqueueNDRangeKernel(level, cl::NullRange, range(1));
+
+  conductance.setArg(3, static_cast<Real>(grid.dx));
+  conductance.setArg(4, level_);
+  conductance.setArg(5, solver_->conductance());
+  queue.enqueueNDRangeKernel(conductance, cl::NullRange, range(0));
+  solver_->prepare();
+
+  std::vector<Real> places;  // in cells of the buffer
+  for (const Point& place : fields_.electrodes_mm)
+    for (std::size_t i = 0; i < 3; ++i)
+      places.push_back(static_cast<Real>((place[i] - fields_.origin_mm[i]) / grid.dx));
+  cl::Buffer place(device_.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, places.size() * sizeof(Real), places.data());
+  queue.enqueueFillBuffer(source_, cl_uchar{0}, 0, electrodes * solver_->field_cells() * sizeof(Real));
+  currents.setArg(3, static_cast<Real>(grid.dx));
+  currents.setArg(4, solver_->conductance());
+  currents.setArg(5, place);
+  currents.setArg(6, source_);
+  currents.setArg(7, weights_);
+  currents.setArg(8, windows_);
+  queue.enqueueNDRangeKernel(currents, cl::NullRange, cl::NDRange(electrodes));
+}
+
+std::vector<double> Torso::block(const std::vector<double>& values) {
+  const LeadFields& lead = fields(values);
+  const Pose pose = heart_pose(table_, values);
+  std::vector<double> result(pose.rotation.begin(), pose.rotation.end());
+  result.insert(result.end(), pose.translation_mm.begin(), pose.translation_mm.end());
+  result.push_back(1 / values[static_cast<std::size_t>(table_.index("torso.conductivity_mS_per_mm"))]);
+  result.push_back(lead.dx_mm > 0 ? 1 / lead.dx_mm : 0);
+  result.insert(result.end(), lead.origin_mm.begin(), lead.origin_mm.end());
+  for (const int n : lead.extent) result.push_back(n);
+  for (const Point& place : lead.electrodes_mm) result.insert(result.end(), place.begin(), place.end());
+  return result;
+}
+
+}  // namespace cohort
