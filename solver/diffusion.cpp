@@ -28,21 +28,30 @@ Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& 
   bound_ = launcher.handle(reductions, "diffusion_bound");
 }
 
+void Diffusion::reserve(const Tissue& tissue) {
+  if (tissue.stride <= capacity_) return;
+  capacity_ = tissue.stride + tissue.stride / 16;
+  const auto cells = static_cast<std::size_t>(capacity_);
+  conductivity_ = launcher_.device().allocate(6 * cells * real_bytes(precision_));
+  block_bound_ = launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_));
+}
+
 void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
                          bool membrane, const cl::Buffer& stencil) {
+  reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
-  if (tissue.stride > capacity_) {
-    capacity_ = tissue.stride + tissue.stride / 16;
-    const auto cells = static_cast<std::size_t>(capacity_);
-    conductivity_ = launcher_.device().allocate(6 * cells * real_bytes(precision_));
-    block_bound_ = launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_));
-  }
   const double dx = tissue.grid().dx_mm;
-  const double bytes = static_cast<double>(n * real_bytes(precision_));
-  launcher_(tensor_, cl::NDRange(n), cl::NullRange, 9 * bytes, parameters, tissue.member_of, tissue.region,
-            tissue.fibre, conductivity_, tissue.stride, offset, Real{scale / (dx * dx)}, membrane ? 1 : 0);
-  launcher_(assemble_, cl::NDRange(n), cl::NullRange, 13 * bytes, tissue.first_cell, tissue.place, tissue.capacity,
-            conductivity_, stencil, tissue.stride);
+  launcher_(tensor_, cl::NDRange(n), cl::NullRange, 9 * static_cast<double>(n * real_bytes(precision_)), parameters,
+            tissue.member_of, tissue.region, tissue.fibre, conductivity_, tissue.stride, offset,
+            Real{scale / (dx * dx)}, membrane ? 1 : 0);
+  assemble_tensors(tissue, conductivity_, stencil);
+}
+
+void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, const cl::Buffer& stencil) {
+  reserve(tissue);
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  launcher_(assemble_, cl::NDRange(n), cl::NullRange, 13 * static_cast<double>(n * real_bytes(precision_)),
+            tissue.first_cell, tissue.place, tissue.capacity, tensors, stencil, tissue.stride);
 }
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {

@@ -18,6 +18,9 @@ class Diffusion {
   void assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale, bool membrane,
                 const cl::Buffer& stencil);
 
+  /// As above, from tensors (6, stride) xx yy zz xy xz yz that the caller has written, already divided by dx^2.
+  void assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, const cl::Buffer& stencil);
+
   /// Gershgorin's bound of the largest |eigenvalue| of the operator over capacity, 1/ms, by member; read back.
   std::vector<double> bound(const Tissue& tissue, const cl::Buffer& stencil);
 
@@ -26,6 +29,8 @@ class Diffusion {
   }
 
  private:
+  void reserve(const Tissue& tissue);
+
   Launcher& launcher_;
   Precision precision_;
   int width_;

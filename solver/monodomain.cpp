@@ -64,7 +64,9 @@ void Monodomain::choose_fields(std::span<const Member> members) {
   generated += "};\n" + load + "} while (0)\n";
   const std::string cell = "cells/" + model_.name + ".cl";
 
-  const cl::Program setup = device.build({"segments.clh", cell, "cell_setup.cl"}, definitions_.options, generated);
+  std::vector<std::string> setup_options = definitions_.options;
+  if (scene_.activation) setup_options.push_back("ACTIVATION");
+  const cl::Program setup = device.build({"segments.clh", cell, "cell_setup.cl"}, setup_options, generated);
   entry->second.derive = launcher_.handle(setup, "derive_members");
   entry->second.initialise = launcher_.handle(setup, "initialise_cells");
 
@@ -87,7 +89,8 @@ void Monodomain::choose_fields(std::span<const Member> members) {
 std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
   const CellModel model = read_cell_model(scene.cell_model);
   const auto n = static_cast<std::size_t>(stride);
-  return n * (real_bytes(scene.precision) * (2 + model.states.size() + 6 + model.derived.size()) + 5);
+  return n * (real_bytes(scene.precision) * (2 + model.states.size() + 6 + model.derived.size()) +
+              (scene.activation ? sizeof(float) : 0) + (scene.stimuli.empty() ? 0 : 1));
 }
 
 double Monodomain::bytes_per_cell_step() const {
@@ -107,9 +110,13 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real);
     states_ = device.allocate(n * real * model_.states.size());
     stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
-    derived_fields_ = device.allocate(n * real * std::max<std::size_t>(model_.derived.size(), 1));
-    activation_ = device.allocate(n * sizeof(float));
-    stimulated_by_ = device.allocate(n);
+    activation_ = device.allocate(scene_.activation ? n * sizeof(float) : 0);
+    stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
+    fields_allocated_ = -1;
+  }
+  if (fields_ > fields_allocated_) {
+    fields_allocated_ = fields_;
+    derived_fields_ = device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
   diffusion.assemble(tissue, parameters, 0, 1.0, true, stencil_);
   diffusion_limit_ms_.clear();
@@ -174,6 +181,15 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
             tissue.neighbours, tissue.member_of, derived_, derived_fields_, activation_, stimulated_by_,
             stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{time_ms});
   current_ = 1 - current_;
+}
+
+const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  launcher_(kernels_->diffusion_step, cl::NDRange(cells / static_cast<size_t>(width_)),
+            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)), 0, potential_[current_],
+            potential_[1 - current_], stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride,
+            Real{0.5 * dt_ms_});
+  return potential_[1 - current_];
 }
 
 }  // namespace cohort

@@ -28,8 +28,12 @@ class Monodomain {
   /// One step from time_ms: diffusion (half a step when `first`, which opens the splitting), then reaction.
   void advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first);
 
+  /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays as it is.
+  const cl::Buffer& closed_potential(const Tissue& tissue);
+
   /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.
   const cl::Buffer& potential() const { return potential_[current_]; }
+  /// The cell model's states (states, stride).
   const cl::Buffer& states() const { return states_; }
   const cl::Buffer& stencil() const { return stencil_; }
   const cl::Buffer& activation() const { return activation_; }
@@ -56,7 +60,7 @@ class Monodomain {
   int substeps_ = 1;
   int current_ = 0;
   std::vector<int> field_of_;  ///< by derived constant: its field, or -1
-  int fields_ = 0;
+  int fields_ = 0, fields_allocated_ = -1;
   std::vector<double> diffusion_limit_ms_, fastest_rate_;
   std::vector<std::vector<double>> stimuli_;
   std::vector<std::uint8_t> stimulated_by_host_;
