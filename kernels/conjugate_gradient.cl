@@ -38,7 +38,7 @@ accumulator total(global const accumulator *partial, int which, local accumulato
   for (int n = lane; n < CHUNKS; n += GROUP) sum += partial[n];
 #if GROUP > 1
   scratch[lane] = sum;
-  for (int half = GROUP / 2; half > 0; half /= 2) {
+  for (int active = GROUP / 2; active > 0; active /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
     if (lane < half) scratch[lane] += scratch[lane + half];
   }
