@@ -40,7 +40,7 @@ accumulator total(global const accumulator *partial, int which, local accumulato
   scratch[lane] = sum;
   for (int active = GROUP / 2; active > 0; active /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lane < half) scratch[lane] += scratch[lane + half];
+    if (lane < active) scratch[lane] += scratch[lane + active];
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   sum = scratch[0];
