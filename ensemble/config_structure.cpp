@@ -119,8 +119,11 @@ void read_region(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
   if (Node* excitable = take(node, "excitable"))
     region.excitable = read_bool(*excitable, excitable->path, mistakes).value_or(true);
   if (Node* fibres = take(node, "fibres"))
-    region.fibres = static_cast<Region::Fibres>(
-        read_choice(*fibres, fibres->path, {"none", "constant", "transmural"}, mistakes).value_or(0));
+    region.fibres = read_word<Region::Fibres>(*fibres,
+                                              {{"none", Region::Fibres::none},
+                                               {"constant", Region::Fibres::constant},
+                                               {"transmural", Region::Fibres::transmural}},
+                                              region.fibres, mistakes);
   scene.regions.push_back(std::move(region));
 }
 
@@ -251,8 +254,9 @@ void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes
     if (Node* geometry = require_map(*scene_node, "geometry", mistakes))
       read_geometry(*geometry, scene, mistakes);
     if (Node* precision = take(*scene_node, "precision"))
-      scene.precision = static_cast<Precision>(
-          read_choice(*precision, "precision", {"single", "double"}, mistakes).value_or(0));
+      scene.precision =
+          read_word<Precision>(*precision, {{"single", Precision::single_}, {"double", Precision::double_}},
+                               scene.precision, mistakes);
     if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes)) {
       if (Node* model = take(*electrophysiology, "cell_model")) {
         const std::vector<std::string> models = cell_models();
@@ -263,8 +267,12 @@ void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes
     if (Node* stimuli = take_map(*scene_node, "stimuli", mistakes)) read_stimuli(*stimuli, scene, mistakes);
     if (Node* torso = take_map(*scene_node, "torso", mistakes)) {
       if (Node* shape = take(*torso, "shape"))
-        scene.torso = static_cast<TorsoKind>(
-            read_choice(*shape, shape->path, {"box", "ellipsoid", "unbounded"}, mistakes).value_or(1));
+        scene.torso = read_word<TorsoKind>(*shape,
+                                           {{"box", TorsoKind::box},
+                                            {"ellipsoid", TorsoKind::ellipsoid},
+                                            {"cylinder", TorsoKind::cylinder},
+                                            {"unbounded", TorsoKind::unbounded}},
+                                           scene.torso, mistakes);
     }
   }
   if (outputs_node) read_outputs(*outputs_node, scene, mistakes);

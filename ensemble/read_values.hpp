@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ensemble/document.hpp"
@@ -25,6 +26,15 @@ std::optional<bool> read_bool(Node& node, const std::string& what, Mistakes& mis
 /// Index of the candidate that stands there.
 std::optional<size_t> read_choice(Node& node, const std::string& what,
                                   const std::vector<std::string>& candidates, Mistakes& mistakes);
+/// What the word that stands there means; `fallback` after a mistake.
+template <typename Enum>
+Enum read_word(Node& node, const std::vector<std::pair<std::string, Enum>>& meanings, Enum fallback,
+               Mistakes& mistakes) {
+  std::vector<std::string> words;
+  for (const auto& [word, meaning] : meanings) words.push_back(word);
+  const auto index = read_choice(node, node.path, words, mistakes);
+  return index ? meanings[*index].second : fallback;
+}
 /// A list of texts; a single text counts as a list of one.
 std::optional<std::vector<std::string>> read_texts(Node& node, const std::string& what, Mistakes& mistakes);
 /// A list of numbers, with as many as `count` unless that is 0.

@@ -8,7 +8,7 @@
 namespace cohort {
 
 std::string TextTable::text() const {
-  std::vector<size_t> widths(columns_.size(), 0);
+  std::vector<size_t> widths(alignment_.size(), 0);
   for (const auto& row : rows_)
     for (size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
   std::string result;
@@ -16,7 +16,7 @@ std::string TextTable::text() const {
     std::string line;
     for (size_t i = 0; i < row.size(); ++i) {
       if (i > 0) line += "  ";
-      line += columns_[i] == Align::right ? fmt::format("{:>{}}", row[i], widths[i])
+      line += alignment_[i] == Align::right ? fmt::format("{:>{}}", row[i], widths[i])
                                           : fmt::format("{:<{}}", row[i], widths[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);

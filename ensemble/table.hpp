@@ -13,12 +13,12 @@ enum class Align { left, right };
 class TextTable {
  public:
   /// One alignment for each column.
-  explicit TextTable(std::vector<Align> columns) : columns_(std::move(columns)) {}
+  explicit TextTable(std::vector<Align> alignment) : alignment_(std::move(alignment)) {}
   void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   std::string text() const;
 
  private:
-  std::vector<Align> columns_;
+  std::vector<Align> alignment_;
   std::vector<std::vector<std::string>> rows_;
 };
 
