@@ -14,7 +14,8 @@ Handle text_type() {
 void write(hid_t object, const char* name, hid_t type, hid_t space, const void* data) {
   const std::string what = std::string("attribute ") + name;
   const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, what);
-  check(H5Awrite(attribute, type, data), what);
+  const double none = 0;  // the library wants an address even where there is nothing to write
+  check(H5Awrite(attribute, type, data ? data : &none), what);
 }
 
 Handle scalar() {

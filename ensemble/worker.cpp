@@ -192,10 +192,6 @@ class Worker {
 
 WorkerEnd work(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
                const RunBatch& run, const WorkerOptions& options) {
-  if (!options.locks && options.rank == 0)
-    spdlog::warn(
-        "{}: file locks do not work here, so members go by rank, and only one job may work on this file",
-        store.path().string());
   return Worker(store, claims, samples, members, run, options).loop();
 }
 

@@ -163,7 +163,9 @@ def kill_at_points(options, store, reference):
     process = start(options.command, store, 0, {"LD_PRELOAD": options.preload, "COHORT_COUNT_CALLS": str(count)})
     process.communicate()
     calls = int(count.read_text())
-    chosen = sorted(random.sample(range(1, calls + 1), min(options.points, calls)))
+    early = range(1, calls // 8)  # the creation of the store and the first commits, where each operation is of its own kind
+    chosen = sorted({*random.sample(early, min(options.points // 2, len(early))),
+                     *random.sample(range(calls // 8, calls + 1), min(options.points - options.points // 2, calls))})
     for point in chosen:
         clean(store)
         witness = Witness(store)
