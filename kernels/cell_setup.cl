@@ -43,5 +43,7 @@ kernel void initialise_cells(global const real *restrict parameters, global cons
     if (derived_field[k] >= 0) derived_fields[i + derived_field[k] * (size_t)stride] = d[k];
   V[i] = V_other[i] = p[REST];
   for (int k = 0; k < CELL_STATES; ++k) states[i + k * (size_t)stride] = initial[k];
+#ifdef ACTIVATION
   activation[i] = -1;
+#endif
 }

@@ -112,18 +112,22 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
 }
 
 // Conductivity tensor sigma_t I + (sigma_l - sigma_t) f f^T of each cell, times `scale`. Thesis, equation (sigma1).
+// With `membrane` it is divided by chi Cm, which makes it a diffusivity.
 // Region r has its sigma_l at parameter REGION_FIRST + REGION_STRIDE region_slot[r] + offset, its sigma_t behind it.
 kernel void conductivity_tensor(global const real *restrict parameters, global const ushort *restrict member_of,
                                 global const uchar *restrict tissue_region_of, global const real *restrict fibre,
                                 global real *restrict conductivity, const int stride, const int offset,
-                                const real scale) {
+                                const real scale, const int membrane) {
   const int i = get_global_id(0);
   real tensor[6] = {0, 0, 0, 0, 0, 0};
   const int region = tissue_region_of[i];
   if (region != NO_REGION) {
     const int first = REGION_FIRST + REGION_STRIDE * region_slot[region] + offset;
     global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
-    const real along = scale * P[first], across = scale * P[first + 1];
+    const real factor = membrane ? scale / (P[PARAM_electrophysiology_surface_to_volume_per_mm] *
+                                            P[PARAM_electrophysiology_capacitance_uF_per_mm2])
+                                 : scale;
+    const real along = factor * P[first], across = factor * P[first + 1];
     const real f[3] = {fibre[i], fibre[i + (size_t)stride], fibre[i + 2 * (size_t)stride]};
     for (int a = 0; a < 3; ++a) tensor[a] = across + (along - across) * f[a] * f[a];
     for (int o = 0; o < 3; ++o)

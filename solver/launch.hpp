@@ -2,6 +2,7 @@
 
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "solver/device.hpp"
@@ -9,11 +10,20 @@
 
 namespace cohort {
 
+/// Kernel arguments of the device's type `real` or `real4`.
+struct Real {
+  double value;
+};
+struct Real4 {
+  double x, y, z, w;
+};
+
 /// Launches kernels and keeps, for each, the number of calls, the bytes it must move and its device time. Times come
 /// from launches made while `profile(true)`; the others are assumed to cost the same.
 class Launcher {
  public:
-  explicit Launcher(Device& device) : device_(device) {}
+  /// `precision` is that of the kernels' type `real`.
+  Launcher(Device& device, Precision precision) : device_(device), precision_(precision) {}
 
   /// A kernel with its place in the performance report.
   struct Handle {
@@ -29,7 +39,7 @@ class Launcher {
   void operator()(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes,
                   const Arguments&... arguments) {
     cl_uint index = 0;
-    (handle.kernel.setArg(index++, arguments), ...);
+    (set(handle.kernel, index++, arguments), ...);
     enqueue(handle, global, local, bytes);
   }
 
@@ -47,11 +57,30 @@ class Launcher {
     std::int64_t calls = 0, timed = 0;
     double timed_ms = 0, bytes = 0;
   };
+  template <typename T>
+  void set(cl::Kernel& kernel, cl_uint index, const T& argument) {
+    if constexpr (std::is_same_v<T, Real>) {
+      if (precision_ == Precision::double_)
+        kernel.setArg(index, argument.value);
+      else
+        kernel.setArg(index, static_cast<float>(argument.value));
+    } else if constexpr (std::is_same_v<T, Real4>) {
+      const auto& [x, y, z, w] = argument;
+      if (precision_ == Precision::double_)
+        kernel.setArg(index, cl_double4{{x, y, z, w}});
+      else
+        kernel.setArg(index, cl_float4{{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z),
+                                        static_cast<float>(w)}});
+    } else {
+      kernel.setArg(index, argument);
+    }
+  }
   std::size_t entry(std::string_view name);
   void enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes);
   void collect();
 
   Device& device_;
+  Precision precision_;
   bool profiling_ = false;
   std::vector<Entry> entries_;
   std::vector<std::pair<std::size_t, cl::Event>> events_;

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace cohort {
+
+/// Who works on which member: a lock on one byte of the side file `<store>.claims` for each member. The locks
+/// belong to an open file description (F_OFD_SETLK, fcntl(2)), so the kernel releases those of a process that
+/// dies, however it dies. The file holds no data and must not be removed while a process works on the store.
+class Claims {
+ public:
+  /// Opens or creates the side file of `store`. Throws std::runtime_error naming the file where it cannot be
+  /// written.
+  explicit Claims(const std::filesystem::path& store);
+  ~Claims();
+  Claims(const Claims&) = delete;
+  Claims& operator=(const Claims&) = delete;
+
+  /// Whether locks exclude another open file description of this process: false on file systems without them.
+  /// Between nodes only hold_probe and probe_is_held can tell.
+  bool work() const { return work_; }
+
+  /// Takes a member, or says false where another process has it. Members taken once are not refused to their
+  /// holder.
+  bool try_claim(std::int64_t member);
+  void release(std::int64_t member);
+  /// Whether another process has the member.
+  bool is_claimed_elsewhere(std::int64_t member) const;
+
+  /// Takes one of `slots` rows of /performance, starting at `preferred`; -1 where all are taken.
+  int claim_performance_slot(int preferred, int slots);
+
+  /// Waits until no other process creates the store, and keeps others from it until end_creation.
+  void begin_creation();
+  void end_creation();
+
+  /// Test of locks between nodes: one rank calls hold_probe(true), and after a barrier every other rank must
+  /// find the probe held. Where one does not, members must go by rank.
+  bool hold_probe(bool hold);
+  bool probe_is_held() const;
+
+ private:
+  int file_ = -1;
+  bool work_ = false;
+};
+
+}  // namespace cohort

@@ -1,0 +1,35 @@
+#include "ensemble/columns.hpp"
+
+namespace cohort {
+
+std::vector<std::size_t> shape(Column column, const Schema& schema) {
+  const auto members = static_cast<std::size_t>(schema.members);
+  const auto slots = static_cast<std::size_t>(schema.performance_slots);
+  const auto& layout = schema.layout;
+  switch (column) {
+    case Column::parameters:
+    case Column::unit_parameters:
+      return {members, schema.parameters.size()};
+    case Column::ecg:
+      return {layout.leads.empty() ? 0 : members, layout.leads.size(), layout.ecg_ms.size()};
+    case Column::features:
+      return {members, layout.features.size()};
+    case Column::time_ecg_ms:
+      return {layout.leads.empty() ? 0 : layout.ecg_ms.size()};
+    case Column::kernels:
+    case Column::calls:
+    case Column::device_ms:
+    case Column::bytes_per_call:
+      return {slots, static_cast<std::size_t>(schema.kernels_per_slot)};
+    case Column::triad:
+    case Column::slot_device:
+    case Column::simulated_ms:
+    case Column::cell_updates:
+    case Column::slot_wall_s:
+      return {slots};
+    default:
+      return {members};
+  }
+}
+
+}  // namespace cohort

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "ensemble/schema.hpp"
+
+namespace cohort {
+
+/// Datasets of the store, in the order in which they stand in the file. `parameters` to `crc32` have a row
+/// for each member, those after it a row for each performance slot.
+enum class Column {
+  parameters,
+  unit_parameters,
+  status,
+  reason,
+  failed_at_ms,
+  attempts,
+  crashes,
+  seed,
+  round,
+  rank,
+  device,
+  wall_s,
+  setup_s,
+  device_s,
+  finished_unix_s,
+  dt_ms,
+  dx_mm,
+  error_estimate,
+  crc32,
+  ecg,
+  features,
+  time_ecg_ms,
+  kernels,
+  calls,
+  device_ms,
+  bytes_per_call,
+  triad,
+  slot_device,
+  simulated_ms,
+  cell_updates,
+  slot_wall_s
+};
+inline constexpr std::size_t column_count = 31;
+
+enum class ElementType { f8, f4, i8, i4, u8, u4, u1, text };
+
+/// One dataset: what its elements are, and whether it depends on how the campaign ran (which rank, when, how
+/// often killed) rather than on the campaign alone.
+struct ColumnSpec {
+  const char* path;
+  ElementType type;
+  std::size_t text_bytes;
+  bool run_dependent;
+  const char* unit;  ///< nullptr where there is none, or one for each element of a row
+  std::size_t element_bytes() const;
+};
+
+inline constexpr std::array<ColumnSpec, column_count> columns{{
+    {"/parameters", ElementType::f8, 0, false, nullptr},
+    {"/unit_parameters", ElementType::f8, 0, false, nullptr},
+    {"/status", ElementType::u1, 0, false, nullptr},
+    {"/members/reason", ElementType::text, reason_bytes, false, nullptr},
+    {"/members/failed_at_ms", ElementType::f8, 0, false, "ms"},
+    {"/members/attempts", ElementType::i4, 0, true, nullptr},
+    {"/members/crashes", ElementType::i4, 0, true, nullptr},
+    {"/members/seed", ElementType::u8, 0, false, nullptr},
+    {"/members/round", ElementType::i4, 0, true, nullptr},
+    {"/members/rank", ElementType::i4, 0, true, nullptr},
+    {"/members/device", ElementType::text, device_bytes, true, nullptr},
+    {"/members/wall_s", ElementType::f8, 0, true, "s"},
+    {"/members/setup_s", ElementType::f8, 0, true, "s"},
+    {"/members/device_s", ElementType::f8, 0, true, "s"},
+    {"/members/finished_unix_s", ElementType::f8, 0, true, "s"},
+    {"/members/dt_ms", ElementType::f8, 0, false, "ms"},
+    {"/members/dx_mm", ElementType::f8, 0, false, "mm"},
+    {"/members/error_estimate", ElementType::f8, 0, false, nullptr},
+    {"/members/crc32", ElementType::u4, 0, false, nullptr},
+    {"/ecg", ElementType::f4, 0, false, "mV"},
+    {"/features", ElementType::f4, 0, false, nullptr},
+    {"/time/ecg_ms", ElementType::f8, 0, false, "ms"},
+    {"/performance/kernels", ElementType::text, kernel_name_bytes, true, nullptr},
+    {"/performance/calls", ElementType::i8, 0, true, nullptr},
+    {"/performance/device_ms", ElementType::f8, 0, true, "ms"},
+    {"/performance/bytes_per_call", ElementType::f8, 0, true, "B"},
+    {"/performance/triad_GB_per_s", ElementType::f8, 0, true, "GB/s"},
+    {"/performance/device", ElementType::text, device_bytes, true, nullptr},
+    {"/performance/simulated_ms", ElementType::f8, 0, true, "ms"},
+    {"/performance/cell_updates", ElementType::f8, 0, true, nullptr},
+    {"/performance/wall_s", ElementType::f8, 0, true, "s"},
+}};
+
+constexpr const ColumnSpec& spec(Column column) {
+  return columns[static_cast<std::size_t>(column)];
+}
+
+inline std::size_t ColumnSpec::element_bytes() const {
+  switch (type) {
+    case ElementType::f8:
+    case ElementType::i8:
+    case ElementType::u8:
+      return 8;
+    case ElementType::f4:
+    case ElementType::i4:
+    case ElementType::u4:
+      return 4;
+    case ElementType::u1:
+      return 1;
+    case ElementType::text:
+      return text_bytes;
+  }
+  return 0;
+}
+
+/// Shape of a dataset under a schema, rows first. `ecg` and `time_ecg_ms` have no rows where no ECG is
+/// recorded, and are then left out of the file.
+std::vector<std::size_t> shape(Column column, const Schema& schema);
+
+}  // namespace cohort

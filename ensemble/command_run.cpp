@@ -1,0 +1,173 @@
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "ensemble/claims.hpp"
+#include "ensemble/commands.hpp"
+#include "ensemble/config.hpp"
+#include "ensemble/interrupt.hpp"
+#include "ensemble/performance_report.hpp"
+#include "ensemble/plan_campaign.hpp"
+#include "ensemble/progress.hpp"
+#include "ensemble/ranks.hpp"
+#include "ensemble/status.hpp"
+#include "ensemble/worker.hpp"
+
+namespace cohort {
+
+namespace {
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+/// Every rank parses the text that rank 0 has read, so that all run the same campaign whatever their file
+/// systems show.
+Campaign read_on_all(const Ranks& ranks, const CampaignOptions& options) {
+  std::string text;
+  ranks.agree([&] {
+    if (ranks.first()) text = read_campaign_file(options.file);
+  });
+  text = ranks.broadcast(std::move(text));
+  Campaign campaign;
+  ranks.agree([&] { campaign = parse_campaign(text, options.file, options.overrides); });
+  if (!options.store.empty()) campaign.store = options.store;
+  return campaign;
+}
+
+/// Refuses the store of another campaign before any device is touched.
+void require_own_store(const Ranks& ranks, const std::string& path, const Schema& schema) {
+  ranks.agree([&] {
+    if (ranks.first() && std::filesystem::exists(path)) Store(path, Store::Access::write).require(schema);
+  });
+}
+
+/// Creates the store if there is none and opens it on every rank.
+std::unique_ptr<Store> open_store(const Ranks& ranks, const std::string& path, const Schema& schema,
+                                  std::unique_ptr<Claims>& claims) {
+  std::unique_ptr<Store> store;
+  const auto open = [&] {
+    claims = std::make_unique<Claims>(path);
+    if (ranks.first()) {
+      const bool created = create_store(path, schema, *claims);
+      spdlog::info("{} {}", created ? "created" : "resuming", path);
+    }
+    store = std::make_unique<Store>(path, Store::Access::write);
+    store->require(schema);
+  };
+  ranks.agree([&] {
+    if (ranks.first()) open();
+  });
+  ranks.agree([&] {
+    if (!ranks.first()) open();
+  });
+  return store;
+}
+
+/// Whether a lock of one rank is seen by all the others: between nodes that depends on the file system.
+bool locks_work(const Ranks& ranks, Claims& claims) {
+  if (!ranks.all(claims.work())) return false;
+  if (ranks.size() == 1) return true;
+  if (ranks.first()) claims.hold_probe(true);
+  ranks.barrier();
+  const bool seen = ranks.first() || claims.probe_is_held();
+  const bool work = ranks.all(seen);
+  if (ranks.first()) claims.hold_probe(false);
+  return work;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+ProcessPerformance performance_of(const Simulation& simulation, Device& device, double wall_s) {
+  ProcessPerformance performance;
+  performance.kernels = simulation.performance();
+  performance.device = device.info().name;
+  performance.triad_GB_per_s = device.triad_GB_per_s();
+  performance.simulated_ms = simulation.simulated_ms();
+  performance.cell_updates = simulation.cell_updates();
+  performance.wall_s = wall_s;
+  return performance;
+}
+
+RunTotals add_up(const Ranks& ranks, const ProcessPerformance& performance, std::int64_t members) {
+  RunTotals totals;
+  totals.ranks = ranks.size();
+  totals.members = ranks.sum(static_cast<double>(members));
+  totals.simulated_ms = ranks.sum(performance.simulated_ms);
+  totals.cell_updates = ranks.sum(performance.cell_updates);
+  totals.wall_s = ranks.largest(performance.wall_s);
+  return totals;
+}
+
+}  // namespace
+
+ExitCode command_run(const CampaignOptions& options) {
+  const Ranks ranks;
+  share_cores(ranks.local());
+  const Campaign campaign = read_on_all(ranks, options);
+  const Samples samples = sample(campaign);
+  const std::vector<Member> all = members(campaign, samples);
+  const Schema schema = make_schema(campaign, samples, layout(campaign.scene), COHORT_VERSION);
+  require_own_store(ranks, campaign.store, schema);
+
+  std::optional<Device> device;
+  ranks.agree([&] { device.emplace(choose_device(options.device, ranks.local())); });
+  spdlog::info("rank {} of {} on {}: {} ({})", ranks.rank(), ranks.size(), host_name(), device->info().name,
+               device->info().unique_id);
+
+  Plan plan;
+  std::optional<Simulation> simulation;
+  ranks.agree([&] {
+    plan = plan_campaign(*device, campaign, all);
+    simulation.emplace(*device, campaign.scene, plan);
+  });
+  if (ranks.first())
+    spdlog::info("{} members, {} tissue cells, {} steps of {} ms, {} at a time on each device",
+                 campaign.members, plan.tissue_cells, plan.steps, plan.dt_ms, plan.members_per_device);
+
+  std::unique_ptr<Claims> claims;
+  const std::unique_ptr<Store> store = open_store(ranks, campaign.store, schema, claims);
+  WorkerOptions worker;
+  worker.members_per_device = plan.members_per_device;
+  worker.retries = campaign.retries;
+  worker.timeout_s = campaign.timeout_s;
+  worker.rank = ranks.rank();
+  worker.ranks = ranks.size();
+  worker.device = device->info().name;
+  worker.locks = locks_work(ranks, *claims);
+  if (!worker.locks && ranks.first())
+    spdlog::warn(
+        "file locks do not work on {}: members go by rank, and those of a rank that dies wait for the next "
+        "run",
+        campaign.store);
+
+  catch_interrupts();
+  std::int64_t simulated = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  ranks.agree([&] {
+    std::optional<Progress> progress;
+    if (ranks.first()) progress.emplace(campaign.store);
+    const auto run = [&](std::span<const Member> batch, double timeout_s) {
+      simulated += static_cast<std::int64_t>(batch.size());
+      return simulation->run(batch, timeout_s);
+    };
+    work(*store, *claims, samples, all, run, worker);
+  });
+  const ProcessPerformance performance = performance_of(*simulation, *device, seconds_since(begin));
+  const int slot = claims->claim_performance_slot(ranks.rank(), schema.performance_slots);
+  if (slot >= 0) store->write_performance(slot, performance);
+  const RunTotals totals = add_up(ranks, performance, simulated);
+  if (ranks.first() && totals.members > 0) fmt::print("{}", performance_report(performance, totals));
+  return static_cast<ExitCode>(exit_code(store->statuses()));
+}
+
+}  // namespace cohort

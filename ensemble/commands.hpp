@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace cohort {
+
+/// What the program returns to the shell.
+enum class ExitCode : int {
+  done = 0,         ///< all members done
+  bad_input = 1,    ///< nothing ran
+  failed = 2,       ///< finished, with members that failed
+  interrupted = 3,  ///< stopped before the end; the same command goes on
+};
+
+/// What the command line says about a campaign.
+struct CampaignOptions {
+  std::string file;
+  std::vector<std::string> overrides;  ///< "key=value" of each --set, in order
+  std::string store;                   ///< --store, or empty
+  std::string device;                  ///< --device, or empty
+};
+
+// One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad
+// input is thrown as ConfigError or std::runtime_error.
+ExitCode command_run(const CampaignOptions& options);
+ExitCode command_plan(const CampaignOptions& options);
+ExitCode command_parameters(const CampaignOptions& options);
+ExitCode command_devices();
+
+}  // namespace cohort

@@ -1,0 +1,134 @@
+#include "ensemble/config.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "ensemble/config_sections.hpp"
+#include "ensemble/read_values.hpp"
+#include "ensemble/sha256.hpp"
+
+namespace cohort {
+
+namespace {
+
+std::string joined(const std::vector<std::string>& lines) {
+  return fmt::format("{}", fmt::join(lines, "\n"));
+}
+
+bool sets_store(const std::string& assignment) {
+  return assignment.starts_with("store=");
+}
+
+/// The file with a comment line for each --set, the store's path aside.
+std::string with_overrides(const std::string& text, const std::vector<std::string>& overrides) {
+  std::string result = text;
+  if (!result.empty() && result.back() != '\n') result += '\n';
+  for (const std::string& assignment : overrides)
+    if (!sets_store(assignment)) result += "# --set " + assignment + "\n";
+  return result;
+}
+
+/// `text` without the line of the top level's `store`.
+std::string without_store(const std::string& text) {
+  std::string result;
+  for (size_t begin = 0; begin < text.size();) {
+    const size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    const std::string line = text.substr(begin, end - begin);
+    if (!line.starts_with("store:")) result += line;
+    begin = end;
+  }
+  return result;
+}
+
+/// Declares the parameters that the structure holds; what it lacks is a mistake of the scene.
+bool declare(Scene& scene, const Place& place, Mistakes& mistakes) {
+  try {
+    declare_parameters(scene);
+    return true;
+  } catch (const std::invalid_argument& error) {
+    mistakes.add(place, error.what());
+    return false;
+  }
+}
+
+/// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
+void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
+  scene.ecg.emplace();
+  if (declare(scene, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
+  torso.read = true;
+}
+
+}  // namespace
+
+ConfigError::ConfigError(std::vector<std::string> mistakes)
+    : std::runtime_error(joined(mistakes)), mistakes_(std::move(mistakes)) {}
+
+std::string read_campaign_file(const std::string& file) {
+  if (std::filesystem::is_directory(file))
+    throw ConfigError({file + ": is a directory, not a campaign file"});
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw ConfigError({fmt::format("{}: cannot be read: {}", file, std::strerror(errno))});
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+Campaign read_campaign(const std::string& file, const std::vector<std::string>& overrides) {
+  return parse_campaign(read_campaign_file(file), file, overrides);
+}
+
+Campaign parse_campaign(const std::string& text, const std::string& file,
+                        const std::vector<std::string>& overrides) {
+  Mistakes mistakes;
+  const auto stop_on_mistakes = [&] {
+    if (!mistakes.empty()) throw ConfigError(mistakes.lines());
+  };
+
+  Node root = parse_document(text, file, mistakes);
+  if (root.kind == Node::Kind::null && !mistakes.empty()) stop_on_mistakes();
+  if (root.kind == Node::Kind::null)
+    mistakes.add({file, 1, 1}, "the file is empty; a campaign needs scene and outputs");
+  else if (root.kind != Node::Kind::map)
+    mistakes.add(root.place, "a campaign file is a map of keys (scene, outputs, ...), " + found(root));
+  if (root.kind != Node::Kind::map) stop_on_mistakes();
+  for (size_t i = 0; i < overrides.size(); ++i)
+    apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
+
+  name_levels(root, "");
+  Campaign campaign;
+  Node* scene = require_map(root, "scene", mistakes);
+  Node* outputs = require_map(root, "outputs", mistakes);
+  Node* parameters = take_map(root, "parameters", mistakes);
+  Node* section = take_map(root, "campaign", mistakes);
+  Node* store = take(root, "store");
+  check_keys(root, {}, mistakes);
+  if (scene) {
+    name_levels(*scene, "");
+    scene->name = "scene";
+  }
+
+  read_structure(scene, outputs, campaign.scene, mistakes);
+  std::string points;
+  if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
+    check_unused_torso(*torso, campaign.scene, mistakes);
+  const bool declared = declare(campaign.scene, scene ? scene->place : root.place, mistakes);
+  if (declared) {
+    if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);
+    if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);
+    if (parameters) read_sampled(*parameters, campaign, mistakes);
+    points = read_campaign_section(section, file, campaign, mistakes);
+  }
+
+  campaign.store = std::filesystem::path(file).stem().string() + ".h5";
+  if (store) campaign.store = read_text(*store, "store", mistakes).value_or("");
+  stop_on_mistakes();
+
+  campaign.text = with_overrides(text, overrides) + points;
+  campaign.sha256 = sha256(without_store(campaign.text));
+  return campaign;
+}
+
+}  // namespace cohort

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "ensemble/campaign.hpp"
+#include "ensemble/document.hpp"
+
+// The parts of read_campaign, one for each section of the file. All add to `mistakes` and never throw.
+namespace cohort {
+
+/// Applies "key=value" of the how-many-th --set to the tree.
+void apply_override(Node& root, const std::string& assignment, int number, Mistakes& mistakes);
+
+/// Reads the structure below `scene` and `outputs` into the fields of `scene`; numbers are left for
+/// read_parameters. Either node may be null.
+void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes& mistakes);
+
+/// Sets the parameters of the table that stand below `map`, and adds a mistake for each key that is neither
+/// structure nor a parameter.
+void read_parameters(Node& map, ParameterTable& table, Mistakes& mistakes);
+
+/// Reads `parameters`: the distribution of each sampled parameter.
+void read_sampled(Node& map, Campaign& campaign, Mistakes& mistakes);
+
+/// Reads `campaign`: how many members, how they are sampled, within what limits. `map` may be null.
+/// Returns the text that the points add to the campaign's identity, or nothing.
+std::string read_campaign_section(Node* map, const std::string& file, Campaign& campaign, Mistakes& mistakes);
+
+}  // namespace cohort

@@ -1,0 +1,281 @@
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "ensemble/config_sections.hpp"
+#include "ensemble/read_values.hpp"
+#include "ensemble/suggest.hpp"
+
+// The keys of `scene` and `outputs` that are structure: what all members share, compiled into the kernels.
+namespace cohort {
+
+namespace {
+
+struct ShapeWord {
+  const char* word;
+  Shape::Kind kind;
+  size_t least_operands, most_operands;  ///< 0: a primitive
+};
+
+constexpr size_t any_number = 64;
+constexpr ShapeWord shape_words[] = {
+    {"box", Shape::Kind::box, 0, 0},
+    {"ellipsoid", Shape::Kind::ellipsoid, 0, 0},
+    {"cylinder", Shape::Kind::cylinder, 0, 0},
+    {"cone", Shape::Kind::cone, 0, 0},
+    {"capsule", Shape::Kind::capsule, 0, 0},
+    {"half_space", Shape::Kind::half_space, 0, 0},
+    {"union", Shape::Kind::union_, 2, any_number},
+    {"intersection", Shape::Kind::intersection, 2, any_number},
+    {"subtract", Shape::Kind::subtract, 2, any_number},
+    {"smooth_union", Shape::Kind::smooth_union, 2, any_number},
+    {"shell", Shape::Kind::shell, 1, 1},
+};
+
+std::vector<std::string> names_of(const std::vector<Shape>& shapes) {
+  std::vector<std::string> names;
+  for (const Shape& shape : shapes) names.push_back(shape.name);
+  return names;
+}
+
+/// The one key of `map` among `words`, or null after a mistake. Marks what else stands there of them as read.
+Node::Entry* exactly_one(Node& map, const std::vector<std::string>& words, Mistakes& mistakes) {
+  Node::Entry* chosen = nullptr;
+  for (const std::string& word : words) map.known.insert(word);
+  for (Node::Entry& entry : map.entries) {
+    if (std::find(words.begin(), words.end(), entry.key) == words.end()) continue;
+    if (!chosen) {
+      chosen = &entry;
+      continue;
+    }
+    entry.value.read = true;
+    if (entry.key != chosen->key)
+      mistakes.add(entry.place, fmt::format("{} takes one of {}; it has \"{}\" and \"{}\"", map.name,
+                                            fmt::join(words, ", "), chosen->key, entry.key));
+  }
+  if (!chosen) {
+    // A misspelt word is told by the unknown key that it is; only an absent one is told here.
+    const bool misspelt = std::any_of(map.entries.begin(), map.entries.end(), [&](const Node::Entry& entry) {
+      return !map.known.contains(entry.key) && suggestion(entry.key, words).starts_with("; did");
+    });
+    if (misspelt)
+      check_keys(map, {}, mistakes);
+    else
+      mistakes.add(map.place, fmt::format("{} needs one of {}", map.name, fmt::join(words, ", ")));
+  }
+  return chosen;
+}
+
+void read_shape(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
+  Node& node = entry.value;
+  const bool good_name = check_name(entry, "a shape", mistakes);
+  if (!expect_map(node, node.path, mistakes)) return;
+  std::vector<std::string> words;
+  for (const ShapeWord& shape : shape_words) words.emplace_back(shape.word);
+  Node::Entry* chosen = exactly_one(node, words, mistakes);
+  if (!chosen || !good_name) {
+    node.read = true;
+    return;
+  }
+  const ShapeWord& word = *std::find_if(std::begin(shape_words), std::end(shape_words),
+                                        [&](const ShapeWord& shape) { return chosen->key == shape.word; });
+  Shape shape{entry.key, word.kind, {}};
+  if (word.most_operands > 0) {
+    const auto operands = read_texts(chosen->value, chosen->value.path, mistakes);
+    if (!operands) {
+      node.read = true;
+      return;
+    }
+    shape.operands = *operands;
+    if (operands->size() < word.least_operands || operands->size() > word.most_operands)
+      mistakes.add(chosen->place, fmt::format("{} needs {} shape{}, found {}", word.word,
+                                              word.most_operands == 1 ? "one" : "two or more",
+                                              word.most_operands == 1 ? "" : "s", operands->size()));
+    const std::vector<std::string> before = names_of(scene.shapes);
+    for (const std::string& operand : *operands)
+      if (std::find(before.begin(), before.end(), operand) == before.end())
+        mistakes.add(chosen->value.place,
+                     fmt::format("{} needs the shape \"{}\", which is not defined above it{}", node.path,
+                                 operand, suggestion(operand, before)));
+  }
+  scene.shapes.push_back(std::move(shape));
+}
+
+void read_region(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
+  Node& node = entry.value;
+  if (!check_name(entry, "a region", mistakes) || !expect_map(node, node.path, mistakes)) {
+    node.read = true;
+    return;
+  }
+  Region region;
+  region.name = entry.key;
+  if (Node* shape = take(node, "shape")) {
+    const std::vector<std::string> names = names_of(scene.shapes);
+    if (const auto index = read_choice(*shape, shape->path, names, mistakes)) region.shape = names[*index];
+  } else {
+    mistakes.add(entry.place, fmt::format("\"shape\" is missing in {}", node.path));
+  }
+  if (Node* excitable = take(node, "excitable"))
+    region.excitable = read_bool(*excitable, excitable->path, mistakes).value_or(true);
+  if (Node* fibres = take(node, "fibres"))
+    region.fibres = read_word<Region::Fibres>(*fibres,
+                                              {{"none", Region::Fibres::none},
+                                               {"constant", Region::Fibres::constant},
+                                               {"transmural", Region::Fibres::transmural}},
+                                              region.fibres, mistakes);
+  scene.regions.push_back(std::move(region));
+}
+
+void read_shapes(Node& geometry, Scene& scene, Mistakes& mistakes) {
+  Node* shapes = take_map(geometry, "shapes", mistakes);
+  if (shapes) {
+    if (shapes->entries.empty())
+      mistakes.add(shapes->place, "geometry.shapes is empty; name at least one shape");
+    for (Node::Entry& entry : shapes->entries) {
+      shapes->known.insert(entry.key);
+      read_shape(entry, scene, mistakes);
+    }
+  }
+  if (Node* regions = require_map(geometry, "regions", mistakes)) {
+    if (regions->entries.empty())
+      mistakes.add(regions->place, "geometry.regions is empty; name at least one region");
+    for (Node::Entry& entry : regions->entries) {
+      regions->known.insert(entry.key);
+      read_region(entry, scene, mistakes);
+    }
+  }
+}
+
+void read_geometry(Node& geometry, Scene& scene, Mistakes& mistakes) {
+  const std::vector<std::string> kinds = {"heart", "box", "shapes"};
+  if (Node* labels = geometry.find("labels")) {
+    geometry.known.insert("labels");
+    labels->read = true;
+    mistakes.add(labels->place, "geometry.labels is known but not built yet");
+    if (!geometry.find("heart") && !geometry.find("box") && !geometry.find("shapes")) return;
+  }
+  const Node::Entry* kind = exactly_one(geometry, kinds, mistakes);
+  if (!kind) {
+    geometry.read = true;
+    return;
+  }
+  if (kind->key == "heart") scene.geometry = GeometryKind::heart;
+  if (kind->key == "box") scene.geometry = GeometryKind::box;
+  if (kind->key == "shapes") {
+    scene.geometry = GeometryKind::shapes;
+    read_shapes(geometry, scene, mistakes);
+  }
+}
+
+void read_stimuli(Node& stimuli, Scene& scene, Mistakes& mistakes) {
+  for (Node::Entry& entry : stimuli.entries) {
+    Node& node = entry.value;
+    stimuli.known.insert(entry.key);
+    if (!check_name(entry, "a stimulus", mistakes) || !expect_map(node, node.path, mistakes)) {
+      node.read = true;
+      continue;
+    }
+    Node::Entry* place = exactly_one(node, {"shape", "site"}, mistakes);
+    if (!place) {
+      node.read = true;
+      continue;
+    }
+    Stimulus stimulus{entry.key, Stimulus::Kind::site, {}};
+    if (place->key == "shape") {
+      const auto shape = read_choice(place->value, place->value.path, {"box", "sphere"}, mistakes);
+      stimulus.kind = shape == 1u ? Stimulus::Kind::sphere : Stimulus::Kind::box;
+      node.read = !shape;
+    } else if (const std::vector<std::string> sites = stimulus_sites(scene.geometry); sites.empty()) {
+      node.read = true;
+      mistakes.add(place->place, fmt::format("{}: this geometry has no named sites; use \"shape: box\" or "
+                                             "\"shape: sphere\"",
+                                             node.path));
+    } else if (const auto index = read_choice(place->value, place->value.path, sites, mistakes)) {
+      stimulus.site = sites[*index];
+    } else {
+      node.read = true;
+    }
+    if (node.read) continue;  // its numbers depend on what is wrong
+    scene.stimuli.push_back(std::move(stimulus));
+  }
+}
+
+void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
+  for (const char* later : {"pv", "flow"}) {
+    if (!outputs.find(later)) continue;  // not suggested to who mistypes another key
+    if (Node* node = take(outputs, later)) {
+      node->read = true;
+      mistakes.add(node->place, fmt::format("outputs.{} is known but not built yet", later));
+    }
+  }
+  const Node* ecg_key = outputs.find("ecg");
+  if (Node* ecg = take_map(outputs, "ecg", mistakes)) {
+    scene.ecg.emplace();
+    if (Node* leads = take(*ecg, "leads")) {
+      const auto count = read_whole(*leads, leads->path, 1, mistakes);
+      if (count && *count != 12)
+        mistakes.add(leads->place,
+                     fmt::format("outputs.ecg.leads is {}; there are 12 leads or none", *count));
+    }
+  }
+  const Node* activation_key = outputs.find("activation");
+  if (Node* activation = take_map(outputs, "activation", mistakes)) {
+    scene.activation.emplace();
+    if (Node* probes = take_map(*activation, "probes", mistakes)) {
+      for (Node::Entry& entry : probes->entries) {
+        probes->known.insert(entry.key);
+        const std::string unit = "_mm";
+        if (!check_name(entry, "a probe", mistakes)) {
+          entry.value.read = true;
+        } else if (!entry.key.ends_with(unit) || entry.key == unit) {
+          entry.value.read = true;
+          mistakes.add(
+              entry.place,
+              fmt::format("a probe's key is its name and the unit of its place; write \"{}_mm\"", entry.key));
+        } else {
+          scene.activation->probes.push_back(entry.key.substr(0, entry.key.size() - unit.size()));
+        }
+      }
+    }
+  }
+  if (!ecg_key && !activation_key) {
+    check_keys(outputs, {}, mistakes);
+    if (std::none_of(outputs.entries.begin(), outputs.entries.end(),
+                     [](const Node::Entry& entry) { return entry.value.read; }))
+      mistakes.add(outputs.place, "outputs is empty; ask for ecg, activation or both");
+  }
+}
+
+}  // namespace
+
+void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes& mistakes) {
+  if (scene_node) {
+    if (Node* geometry = require_map(*scene_node, "geometry", mistakes))
+      read_geometry(*geometry, scene, mistakes);
+    if (Node* precision = take(*scene_node, "precision"))
+      scene.precision =
+          read_word<Precision>(*precision, {{"single", Precision::single_}, {"double", Precision::double_}},
+                               scene.precision, mistakes);
+    if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes)) {
+      if (Node* model = take(*electrophysiology, "cell_model")) {
+        const std::vector<std::string> models = cell_models();
+        if (const auto index = read_choice(*model, model->path, models, mistakes))
+          scene.cell_model = models[*index];
+      }
+    }
+    if (Node* stimuli = take_map(*scene_node, "stimuli", mistakes)) read_stimuli(*stimuli, scene, mistakes);
+    if (Node* torso = take_map(*scene_node, "torso", mistakes)) {
+      if (Node* shape = take(*torso, "shape"))
+        scene.torso = read_word<TorsoKind>(*shape,
+                                           {{"box", TorsoKind::box},
+                                            {"ellipsoid", TorsoKind::ellipsoid},
+                                            {"cylinder", TorsoKind::cylinder},
+                                            {"unbounded", TorsoKind::unbounded}},
+                                           scene.torso, mistakes);
+    }
+  }
+  if (outputs_node) read_outputs(*outputs_node, scene, mistakes);
+}
+
+}  // namespace cohort

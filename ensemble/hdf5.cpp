@@ -1,0 +1,103 @@
+#include "ensemble/hdf5.hpp"
+
+namespace cohort::hdf5 {
+namespace {
+
+Handle text_type() {
+  // Variable length: fixed-length text of a long campaign file would not fit an object header (64 KB).
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "text type");
+  check(H5Tset_size(type, H5T_VARIABLE), "text type");
+  check(H5Tset_cset(type, H5T_CSET_UTF8), "text type");
+  return type;
+}
+
+void write(hid_t object, const char* name, hid_t type, hid_t space, const void* data) {
+  const std::string what = std::string("attribute ") + name;
+  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, what);
+  const double none = 0;  // the library wants an address even where there is nothing to write
+  check(H5Awrite(attribute, type, data ? data : &none), what);
+}
+
+Handle scalar() {
+  return Handle(H5Screate(H5S_SCALAR), H5Sclose, "scalar");
+}
+
+Handle list(std::size_t size) {
+  const hsize_t extent = size;
+  return Handle(H5Screate_simple(1, &extent, nullptr), H5Sclose, "list");
+}
+
+}  // namespace
+
+std::string last_error() {
+  std::string text;
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_UPWARD,
+      [](unsigned n, const H5E_error2_t* error, void* out) -> herr_t {
+        if (n == 0 && error->desc) *static_cast<std::string*>(out) = error->desc;
+        return 0;
+      },
+      &text);
+  return text.empty() ? "HDF5 gives no reason" : text;
+}
+
+void check(herr_t status, const std::string& what) {
+  if (status < 0) throw std::runtime_error(what + ": " + last_error());
+}
+
+Handle::Handle(hid_t id, Close closing, const std::string& what) : id_(id), close_(closing) {
+  if (id < 0) throw std::runtime_error(what + ": " + last_error());
+}
+
+Handle::~Handle() {
+  if (id_ >= 0) close_(id_);
+}
+
+void Handle::close(const std::string& what) {
+  const hid_t id = id_;
+  id_ = -1;
+  check(close_(id), what);
+}
+
+void write_attribute(hid_t object, const char* name, const std::string& value) {
+  const char* text = value.c_str();
+  write(object, name, text_type(), scalar(), &text);
+}
+
+void write_attribute(hid_t object, const char* name, const std::vector<std::string>& values) {
+  std::vector<const char*> texts;
+  for (const auto& value : values) texts.push_back(value.c_str());
+  write(object, name, text_type(), list(values.size()), texts.data());
+}
+
+void write_attribute(hid_t object, const char* name, const std::vector<double>& values) {
+  write(object, name, H5T_IEEE_F64LE, list(values.size()), values.data());
+}
+
+void write_attribute(hid_t object, const char* name, double value) {
+  write(object, name, H5T_IEEE_F64LE, scalar(), &value);
+}
+
+void write_attribute(hid_t object, const char* name, std::uint64_t value) {
+  write(object, name, H5T_STD_U64LE, scalar(), &value);
+}
+
+std::string read_text(hid_t object, const char* name) {
+  const auto texts = read_texts(object, name);
+  return texts.empty() ? "" : texts.front();
+}
+
+std::vector<std::string> read_texts(hid_t object, const char* name) {
+  if (H5Aexists(object, name) <= 0) return {};
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, name);
+  const Handle space(H5Aget_space(attribute), H5Sclose, name);
+  const Handle type(H5Aget_type(attribute), H5Tclose, name);
+  if (H5Tis_variable_str(type) <= 0) return {};
+  std::vector<char*> raw(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  check(H5Aread(attribute, text_type(), raw.data()), name);
+  std::vector<std::string> values(raw.begin(), raw.end());
+  check(H5Dvlen_reclaim(text_type(), space, H5P_DEFAULT, raw.data()), name);
+  return values;
+}
+
+}  // namespace cohort::hdf5

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <hdf5.h>
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cohort::hdf5 {
+
+/// What the library says about its last error: the innermost description on its stack.
+std::string last_error();
+
+/// Owns an identifier of the C API; closes it by the function given.
+class Handle {
+ public:
+  using Close = herr_t (*)(hid_t);
+  /// Throws std::runtime_error "`what`: reason" where `id` is an error.
+  Handle(hid_t id, Close closing, const std::string& what);
+  ~Handle();
+  Handle(Handle&& other) noexcept : id_(other.id_), close_(other.close_) { other.id_ = -1; }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  Handle& operator=(Handle&&) = delete;
+  operator hid_t() const { return id_; }
+  /// Closes now. Throws where closing fails, which is where the library reports writes that did not succeed.
+  void close(const std::string& what);
+
+ private:
+  hid_t id_;
+  Close close_;
+};
+
+/// Throws std::runtime_error "`what`: reason" where `status` is an error.
+void check(herr_t status, const std::string& what);
+
+void write_attribute(hid_t object, const char* name, const std::string& value);
+void write_attribute(hid_t object, const char* name, const std::vector<std::string>& values);
+void write_attribute(hid_t object, const char* name, const std::vector<double>& values);
+void write_attribute(hid_t object, const char* name, double value);
+void write_attribute(hid_t object, const char* name, std::uint64_t value);
+
+/// Text attribute of an object, empty where it is missing or no text.
+std::string read_text(hid_t object, const char* name);
+/// List of texts, empty where it is missing.
+std::vector<std::string> read_texts(hid_t object, const char* name);
+
+}  // namespace cohort::hdf5

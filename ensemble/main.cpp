@@ -1,0 +1,97 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "ensemble/commands.hpp"
+#include "ensemble/config.hpp"
+#include "ensemble/ranks.hpp"
+#include "ensemble/status.hpp"
+
+namespace {
+
+using namespace cohort;
+
+/// Tables go to the standard output, everything else to the standard error.
+void set_up_log(bool verbose) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("cohort"));
+  spdlog::set_pattern("%H:%M:%S %^%l%$ %v");
+  spdlog::set_level(verbose ? spdlog::level::debug : spdlog::level::info);
+}
+
+/// Bad input is one line for each mistake and nothing else, so that editors can jump to them.
+ExitCode guarded(const std::function<ExitCode()>& command) {
+  try {
+    return command();
+  } catch (const ConfigError& error) {
+    for (const std::string& mistake : error.mistakes()) fmt::print(stderr, "{}\n", mistake);
+  } catch (const ToldByAnotherRank&) {
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "cohort: {}\n", error.what());
+  }
+  return ExitCode::bad_input;
+}
+
+void add_campaign_options(CLI::App& command, CampaignOptions& options, bool file_required) {
+  CLI::Option* file = command.add_option("FILE", options.file, "campaign file");
+  if (file_required) file->required();
+  command
+      .add_option("--set", options.overrides,
+                  "key=value: overrides a value of the file, by its path; repeatable")
+      ->expected(1)
+      ->take_all();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Cohort runs ensembles of simulated hearts.");
+  app.set_version_flag("--version", "cohort " COHORT_VERSION);
+  app.require_subcommand(1);
+  bool verbose = false, watch = false;
+  app.add_flag("-v,--verbose", verbose, "log what each step does");
+  app.fallthrough();
+
+  CampaignOptions options;
+  std::string store;
+  std::function<ExitCode()> chosen;
+
+  CLI::App* run = app.add_subcommand("run", "run a campaign, or what is unfinished of it");
+  add_campaign_options(*run, options, true);
+  run->add_option("--store", options.store, "HDF5 file, instead of the campaign file's");
+  run->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
+  run->callback([&] { chosen = [&] { return command_run(options); }; });
+
+  CLI::App* plan = app.add_subcommand("plan", "what would run and what is left out, memory, steps, seconds");
+  add_campaign_options(*plan, options, true);
+  plan->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
+  plan->callback([&] { chosen = [&] { return command_plan(options); }; });
+
+  CLI::App* status =
+      app.add_subcommand("status", "counts, hearts per hour, time to the end, reasons of failure");
+  status->add_option("STORE", store, "HDF5 file")->required();
+  status->add_flag("--watch", watch, "until the campaign ends");
+  status->callback([&] { chosen = [&] { return static_cast<ExitCode>(status_command(store, watch)); }; });
+
+  CLI::App* verify = app.add_subcommand("verify", "recompute checksums; a bad row goes back to the queue");
+  verify->add_option("STORE", store, "HDF5 file")->required();
+  verify->callback([&] { chosen = [&] { return static_cast<ExitCode>(verify_command(store)); }; });
+
+  CLI::App* parameters =
+      app.add_subcommand("parameters", "every parameter with unit, value, range and source");
+  add_campaign_options(*parameters, options, false);
+  parameters->callback([&] { chosen = [&] { return command_parameters(options); }; });
+
+  CLI::App* devices =
+      app.add_subcommand("devices", "every OpenCL device with its memory and measured bandwidth");
+  devices->callback([&] { chosen = [] { return command_devices(); }; });
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return static_cast<int>(app.exit(error) == 0 ? ExitCode::done : ExitCode::bad_input);
+  }
+  set_up_log(verbose);
+  return static_cast<int>(guarded(chosen));
+}

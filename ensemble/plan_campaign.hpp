@@ -1,0 +1,13 @@
+#pragma once
+
+#include <span>
+
+#include "ensemble/campaign.hpp"
+#include "solver/simulation.hpp"
+
+namespace cohort {
+
+/// The plan of a campaign within its own limits (members_per_device, memory_limit_GB). Throws as make_plan.
+Plan plan_campaign(Device& device, const Campaign& campaign, std::span<const Member> members);
+
+}  // namespace cohort

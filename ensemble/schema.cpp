@@ -1,0 +1,64 @@
+#include "ensemble/schema.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace cohort {
+namespace {
+
+std::string prior(const Distribution& d) {
+  switch (d.kind) {
+    case Distribution::Kind::uniform:
+      return fmt::format("uniform [{}, {}]", d.a, d.b);
+    case Distribution::Kind::log_uniform:
+      return fmt::format("log-uniform [{}, {}]", d.a, d.b);
+    case Distribution::Kind::normal:
+      return fmt::format("normal {} +- {} in [{}, {}]", d.a, d.b, d.lower, d.upper);
+    case Distribution::Kind::choice:
+      return fmt::format("choice {{{}}}", fmt::join(d.choices, ", "));
+  }
+  return "";
+}
+
+ParameterColumn column(const SampledParameter& sampled, const Parameter& parameter) {
+  const auto& d = sampled.distribution;
+  ParameterColumn result{parameter.path, parameter.unit, d.a, d.b, "linear", prior(d)};
+  if (d.kind == Distribution::Kind::log_uniform) result.scale = "log";
+  if (d.kind == Distribution::Kind::normal)
+    std::tie(result.lower, result.upper) = std::pair(d.lower, d.upper);
+  if (d.kind == Distribution::Kind::choice) {
+    const auto [low, high] = std::minmax_element(d.choices.begin(), d.choices.end());
+    std::tie(result.lower, result.upper) = std::pair(*low, *high);
+  }
+  return result;
+}
+
+}  // namespace
+
+Schema make_schema(const Campaign& campaign, Samples samples, Layout layout, std::string program_version) {
+  Schema schema;
+  schema.campaign = campaign.text;
+  schema.sha256 = campaign.sha256;
+  schema.program_version = std::move(program_version);
+  schema.seed = campaign.seed;
+  schema.members = campaign.members;
+  const auto& table = campaign.scene.parameters;
+  if (campaign.method == Method::csv) {
+    for (const auto& path : samples.paths) {
+      const auto& parameter = table[table.index(path)];
+      schema.parameters.push_back({path, parameter.unit, parameter.lower, parameter.upper, "linear", "csv"});
+    }
+  } else {
+    for (const auto& sampled : campaign.parameters)
+      schema.parameters.push_back(column(sampled, table[table.index(sampled.path)]));
+  }
+  schema.samples = std::move(samples);
+  schema.layout = std::move(layout);
+  return schema;
+}
+
+}  // namespace cohort

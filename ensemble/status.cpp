@@ -1,0 +1,115 @@
+#include "ensemble/status.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "ensemble/interrupt.hpp"
+#include "ensemble/progress.hpp"
+
+namespace cohort {
+namespace {
+
+/// "3, 5, 9 and 12 more"
+std::string list_of(const std::vector<std::int64_t>& members) {
+  constexpr std::size_t shown = 8;
+  if (members.size() <= shown) return fmt::format("{}", fmt::join(members, ", "));
+  return fmt::format("{} and {} more", fmt::join(members.begin(), members.begin() + shown, ", "),
+                     members.size() - shown);
+}
+
+}  // namespace
+
+int exit_code(const std::vector<Status>& statuses) {
+  const StatusCounts counts(statuses);
+  if (counts.ended() < static_cast<std::int64_t>(statuses.size())) return 3;
+  return counts.failed() > 0 ? 2 : 0;
+}
+
+std::optional<double> hearts_per_hour(const Store& store) {
+  constexpr std::ptrdiff_t recent = 64;
+  std::vector<double> times;
+  const auto statuses = store.statuses();
+  for (std::size_t i = 0; i < statuses.size(); ++i)
+    if (is_final(statuses[i])) times.push_back(store.finished_unix_s(static_cast<std::int64_t>(i)));
+  std::erase_if(times, [](double t) { return std::isnan(t); });
+  std::sort(times.begin(), times.end());
+  if (std::ssize(times) > recent) times.erase(times.begin(), times.end() - recent);
+  if (times.size() < 2) return std::nullopt;
+  // The first of them only starts the clock; with it those that ended in the same batch.
+  constexpr double same_batch_s = 0.01;
+  const auto counted =
+      std::count_if(times.begin(), times.end(), [&](double t) { return t > times.front() + same_batch_s; });
+  if (counted == 0) return std::nullopt;
+  return 3600 * static_cast<double>(counted) / (times.back() - times.front());
+}
+
+std::string status_report(const Store& store) {
+  const auto statuses = store.statuses();
+  const StatusCounts counts(statuses);
+  std::string text = fmt::format("{}: {} members\n", store.path().string(), counts.total());
+  for (std::size_t i = 0; i < status_names.size(); ++i)
+    if (counts.by_status[i] > 0) text += fmt::format("  {:<9} {}\n", status_names[i], counts.by_status[i]);
+  const auto rate = hearts_per_hour(store);
+  if (rate) text += fmt::format("{:.0f} hearts per hour\n", *rate);
+  const auto left = counts.total() - counts.ended();
+  if (rate && left > 0)
+    text += fmt::format("{} to the end\n", duration_text(static_cast<double>(left) / *rate * 3600));
+  std::map<std::pair<Status, std::string>, std::vector<std::int64_t>> reasons;
+  for (std::size_t i = 0; i < statuses.size(); ++i)
+    if (is_final(statuses[i]) && statuses[i] != Status::done)
+      reasons[{statuses[i], store.reason(static_cast<std::int64_t>(i))}].push_back(
+          static_cast<std::int64_t>(i));
+  for (const auto& [key, members] : reasons)
+    text += fmt::format("{} x {}: {} (members {})\n", members.size(),
+                        status_names[static_cast<std::size_t>(key.first)], key.second, list_of(members));
+  return text;
+}
+
+int status_command(const std::filesystem::path& path, bool watch) try {
+  if (watch) catch_interrupts();
+  const Store store(path);
+  while (true) {
+    const bool terminal = watch && isatty(STDOUT_FILENO);
+    std::fputs((terminal ? "\033[H\033[J" + status_report(store) : status_report(store)).c_str(), stdout);
+    std::fflush(stdout);
+    if (!watch || exit_code(store.statuses()) != 3) return 0;
+    for (int tick = 0; tick < 20 && interrupts() == 0; ++tick)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (interrupts() > 0) return 0;
+  }
+} catch (const std::exception& error) {
+  spdlog::error("{}", error.what());
+  return 1;
+}
+
+int verify_command(const std::filesystem::path& path) try {
+  Store store(path, Store::Access::write);
+  std::vector<std::int64_t> bad;
+  std::int64_t checked = 0;
+  for (std::int64_t member = 0; member < store.members(); ++member) {
+    if (!is_final(store.status(member))) continue;
+    ++checked;
+    if (store.row_is_intact(member)) continue;
+    bad.push_back(member);
+    store.commit(std::vector{store.prepare_requeue(member, {})});
+  }
+  fmt::print("{}: {} rows checked, {} bad\n", path.string(), checked, bad.size());
+  if (bad.empty()) return 0;
+  fmt::print("back in the queue: members {}\n", list_of(bad));
+  return 3;
+} catch (const std::exception& error) {
+  spdlog::error("{}", error.what());
+  return 1;
+}
+
+}  // namespace cohort

@@ -1,0 +1,198 @@
+#include "ensemble/worker.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <thread>
+
+#include "ensemble/batch_guard.hpp"
+#include "ensemble/interrupt.hpp"
+
+namespace cohort {
+namespace {
+
+constexpr int failures_of_a_broken_device = 3;
+constexpr auto poll = std::chrono::milliseconds(100);
+
+struct Claimed {
+  const Member* member;
+  Account account;
+};
+
+class Worker {
+ public:
+  Worker(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
+         const RunBatch& run, const WorkerOptions& options)
+      : store_(store),
+        claims_(claims),
+        samples_(samples),
+        members_(members),
+        run_(run),
+        options_(options),
+        guard_(store.file(),
+               options.hang_after.count() > 0 ? options.hang_after
+                                              : std::chrono::duration<double>(2 * options.timeout_s + 60),
+               options.grace) {}
+
+  WorkerEnd loop() {
+    while (interrupts() == 0) {
+      const auto batch = claim();
+      if (!batch.empty()) {
+        simulate(batch);
+        for (const auto& claimed : batch) release(claimed.member->id);
+      } else if (others_are_at_work()) {
+        std::this_thread::sleep_for(poll);
+      } else {
+        return WorkerEnd::finished;
+      }
+    }
+    return WorkerEnd::interrupted;
+  }
+
+ private:
+  bool try_claim(std::int64_t id) {
+    return options_.locks ? claims_.try_claim(id) : id % options_.ranks == options_.rank;
+  }
+  void release(std::int64_t id) {
+    if (options_.locks) claims_.release(id);
+  }
+
+  bool others_are_at_work() const {
+    if (!options_.locks || !options_.wait_for_others) return false;
+    const auto all = store_.statuses();
+    return std::any_of(all.begin(), all.end(),
+                       [](Status s) { return s == Status::queued || s == Status::running; });
+  }
+
+  /// Up to members_per_device members that are queued, or running without a living process. A suspect comes
+  /// alone.
+  std::vector<Claimed> claim() {
+    std::vector<Claimed> batch;
+    const auto before = store_.statuses();
+    for (const auto& member : members_) {
+      if (static_cast<int>(batch.size()) == options_.members_per_device) break;
+      const auto seen = before[static_cast<std::size_t>(member.id)];
+      if ((seen != Status::queued && seen != Status::running) || !try_claim(member.id)) continue;
+      // Only now is the row ours: another process may have ended it since we looked.
+      const auto status = store_.status(member.id);
+      auto account = store_.account(member.id);
+      const bool suspect = account.crashes > 0;
+      if ((status != Status::queued && status != Status::running) || (suspect && !batch.empty())) {
+        release(member.id);
+        continue;
+      }
+      account.rank = options_.rank;
+      account.device = options_.device;
+      batch.push_back({&member, std::move(account)});
+      if (suspect) break;
+    }
+    return batch;
+  }
+
+  bool may_try_again(const Account& account) const { return account.attempts <= options_.retries; }
+
+  /// The row of an attempt that ended as `recording`, or one that queues the member again.
+  RowImage row_after_attempt(const Claimed& claimed, const Recording& recording) const {
+    auto account = claimed.account;
+    ++account.attempts;
+    const bool retried = recording.outcome == Outcome::failed || recording.outcome == Outcome::unstable ||
+                         recording.outcome == Outcome::timeout;
+    if (retried && may_try_again(account)) return store_.prepare_requeue(claimed.member->id, account);
+    return store_.prepare(claimed.member->id, samples_, recording, account);
+  }
+
+  /// Rows for a batch that took its process with it, or threw. Among several the culprit is not known: each
+  /// is tried alone.
+  std::vector<RowImage> rows_after_accident(const std::vector<Claimed>& batch, Outcome outcome,
+                                            const std::string& reason) const {
+    std::vector<RowImage> rows;
+    for (const auto& claimed : batch) {
+      if (batch.size() == 1) {
+        Recording recording;
+        recording.outcome = outcome;
+        recording.reason = reason;
+        rows.push_back(row_after_attempt(claimed, recording));
+      } else {
+        auto account = claimed.account;
+        ++account.crashes;
+        rows.push_back(store_.prepare_requeue(claimed.member->id, account));
+      }
+    }
+    return rows;
+  }
+
+  std::vector<RowImage> rows_as_they_were(const std::vector<Claimed>& batch) const {
+    std::vector<RowImage> rows;
+    for (const auto& claimed : batch)
+      rows.push_back(store_.prepare_requeue(claimed.member->id, claimed.account));
+    return rows;
+  }
+
+  void simulate(const std::vector<Claimed>& batch) {
+    std::vector<Member> members;
+    for (const auto& claimed : batch) {
+      members.push_back(*claimed.member);
+      store_.set_status(claimed.member->id, Status::running);
+    }
+    guard_.begin({.crash = rows_after_accident(batch, Outcome::failed, "crashed the process that ran it"),
+                  .hang = rows_after_accident(batch, Outcome::timeout, "the device did not answer in time"),
+                  .abandon = rows_as_they_were(batch)});
+    std::vector<Recording> recordings;
+    try {
+      recordings = run_(members, options_.timeout_s);
+      if (recordings.size() != batch.size())
+        throw std::logic_error("a batch returned another number of recordings than members");
+    } catch (const std::exception& error) {
+      guard_.end();
+      after_exception(batch, error);
+      return;
+    }
+    guard_.end();
+    exceptions_ = 0;
+    std::vector<RowImage> rows;
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      log(*batch[i].member, recordings[i]);
+      rows.push_back(row_after_attempt(batch[i], recordings[i]));
+    }
+    store_.commit(rows);
+  }
+
+  /// Called in a catch clause.
+  void after_exception(const std::vector<Claimed>& batch, const std::exception& error) {
+    if (++exceptions_ == failures_of_a_broken_device) {
+      store_.commit(rows_as_they_were(batch));
+      spdlog::error("rank {}: {} batches running have failed, the last with \"{}\": the device is at fault",
+                    options_.rank, exceptions_, error.what());
+      throw;
+    }
+    spdlog::warn("rank {}: a batch of {} failed: {}", options_.rank, batch.size(), error.what());
+    store_.commit(rows_after_accident(batch, Outcome::failed, std::string("device: ") + error.what()));
+  }
+
+  void log(const Member& member, const Recording& recording) const {
+    if (recording.outcome == Outcome::done)
+      spdlog::debug("member {} done in {:.2f} s", member.id, recording.wall_s);
+    else
+      spdlog::warn("member {} {}: {}", member.id, status_names[static_cast<std::size_t>(recording.outcome)],
+                   recording.reason);
+  }
+
+  Store& store_;
+  Claims& claims_;
+  const Samples& samples_;
+  std::span<const Member> members_;
+  const RunBatch& run_;
+  const WorkerOptions& options_;
+  BatchGuard guard_;
+  int exceptions_ = 0;
+};
+
+}  // namespace
+
+WorkerEnd work(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
+               const RunBatch& run, const WorkerOptions& options) {
+  return Worker(store, claims, samples, members, run, options).loop();
+}
+
+}  // namespace cohort

@@ -1,0 +1,72 @@
+#include "solver/diffusion.hpp"
+
+#include <algorithm>
+
+namespace cohort {
+
+namespace {
+
+std::vector<std::string> with(std::vector<std::string> options, std::initializer_list<std::string> more) {
+  options.insert(options.end(), more);
+  return options;
+}
+
+}  // namespace
+
+Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions)
+    : launcher_(launcher),
+      precision_(scene.precision),
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
+  Device& device = launcher.device();
+  const cl::Program program =
+      device.build({"segments.clh", "stencil.cl"}, definitions.options, definitions.generated);
+  tensor_ = launcher.handle(program, "conductivity_tensor");
+  assemble_ = launcher.handle(program, "assemble_stencil");
+  const cl::Program reductions =
+      device.build({"segments.clh", "diffusion.clh", "record.cl"},
+                   with(definitions.options, {"WIDTH=" + std::to_string(width_), "LEADS=0"}), definitions.generated);
+  bound_ = launcher.handle(reductions, "diffusion_bound");
+}
+
+void Diffusion::reserve(const Tissue& tissue) {
+  if (tissue.stride <= capacity_) return;
+  capacity_ = tissue.stride + tissue.stride / 16;
+  const auto cells = static_cast<std::size_t>(capacity_);
+  conductivity_ = launcher_.device().allocate(6 * cells * real_bytes(precision_));
+  block_bound_ = launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_));
+}
+
+void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
+                         bool membrane, const cl::Buffer& stencil) {
+  reserve(tissue);
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  const double dx = tissue.grid().dx_mm;
+  launcher_(tensor_, cl::NDRange(n), cl::NullRange, 9 * static_cast<double>(n * real_bytes(precision_)), parameters,
+            tissue.member_of, tissue.region, tissue.fibre, conductivity_, tissue.stride, offset,
+            Real{scale / (dx * dx)}, membrane ? 1 : 0);
+  assemble_tensors(tissue, conductivity_, stencil);
+}
+
+void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, const cl::Buffer& stencil) {
+  reserve(tissue);
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  launcher_(assemble_, cl::NDRange(n), cl::NullRange, 13 * static_cast<double>(n * real_bytes(precision_)),
+            tissue.first_cell, tissue.place, tissue.capacity, tensors, stencil, tissue.stride);
+}
+
+std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {
+  const auto blocks = static_cast<std::size_t>(tissue.blocks);
+  launcher_(bound_, cl::NDRange(blocks), cl::NullRange,
+            8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), stencil,
+            tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);
+  std::vector<std::byte> raw(blocks * real_bytes(precision_));
+  launcher_.queue().enqueueReadBuffer(block_bound_, CL_TRUE, 0, raw.size(), raw.data());
+  const std::vector<double> by_block = unpack(raw, precision_);
+  std::vector<double> result;
+  for (size_t m = 0; m + 1 < tissue.first_block.size(); ++m)
+    result.push_back(*std::max_element(by_block.begin() + tissue.first_block[m],
+                                       by_block.begin() + tissue.first_block[m + 1]));
+  return result;
+}
+
+}  // namespace cohort

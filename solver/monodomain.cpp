@@ -1,0 +1,195 @@
+#include "solver/monodomain.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "solver/stimulus.hpp"
+
+namespace cohort {
+
+Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch)
+    : launcher_(launcher),
+      scene_(scene),
+      definitions_(definitions),
+      model_(read_cell_model(scene.cell_model)),
+      regions_(region_parameters(scene, model_)),
+      members_per_batch_(members_per_batch),
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
+  Device& device = launcher.device();
+  const auto members = static_cast<std::size_t>(members_per_batch);
+  const std::size_t real = real_bytes(scene.precision);
+  derived_ = device.allocate(members * model_.derived.size() * real);
+  fastest_rate_buffer_ = device.allocate(members * real);
+  stimuli_buffer_ = device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
+  if (!scene.stimuli.empty()) {
+    std::vector<std::string> options = definitions.options;
+    options.push_back("STIMULI=" + std::to_string(scene.stimuli.size()));
+    const cl::Program program =
+        device.build({"segments.clh", "stimulus.clh", "stimulus.cl"}, options, definitions.generated);
+    mark_stimuli_ = launcher.handle(program, "mark_stimuli");
+  }
+}
+
+void Monodomain::choose_fields(std::span<const Member> members) {
+  // A derived constant becomes a field where a parameter it depends on differs between the regions of any member.
+  std::vector<bool> varies(model_.parameters.size(), false);
+  for (const Member& member : members) {
+    for (int slot = 0; slot < regions_.slots; ++slot) {
+      for (size_t k = 0; k < model_.parameters.size(); ++k) {
+        const auto regional = static_cast<size_t>(regions_.first + slot * regions_.stride + regions_.cell_offset) + k;
+        if (member.values[regional] != member.values[static_cast<size_t>(regions_.cell_first) + k]) varies[k] = true;
+      }
+    }
+  }
+  field_of_.clear();
+  fields_ = 0;
+  for (const CellModel::Derived& derived : model_.derived) {
+    const bool field = std::any_of(derived.from.begin(), derived.from.end(),
+                                   [&](int k) { return varies[static_cast<size_t>(k)]; });
+    field_of_.push_back(field ? fields_++ : -1);
+  }
+  auto [entry, is_new] = kernels_by_fields_.try_emplace(field_of_);
+  kernels_ = &entry->second;
+  if (!is_new) return;
+
+  Device& device = launcher_.device();
+  std::string generated = definitions_.generated + model_.macros() + "constant int derived_field[] = {";
+  std::string load = "#define LOAD_DERIVED(d, member, i) do { ";
+  for (size_t k = 0; k < field_of_.size(); ++k) {
+    generated += std::to_string(field_of_[k]) + ",";
+    load += "d[" + std::to_string(k) + "] = ";
+    load += field_of_[k] >= 0 ? "LOAD(derived_fields + " + std::to_string(field_of_[k]) + " * (size_t)stride + i); "
+                              : "derived[(member) * CELL_DERIVED + " + std::to_string(k) + "]; ";
+  }
+  generated += "};\n" + load + "} while (0)\n";
+  const std::string cell = "cells/" + model_.name + ".cl";
+
+  std::vector<std::string> setup_options = definitions_.options;
+  if (scene_.activation) setup_options.push_back("ACTIVATION");
+  const cl::Program setup = device.build({"segments.clh", cell, "cell_setup.cl"}, setup_options, generated);
+  entry->second.derive = launcher_.handle(setup, "derive_members");
+  entry->second.initialise = launcher_.handle(setup, "initialise_cells");
+
+  std::vector<std::string> options = definitions_.options;
+  options.push_back("WIDTH=" + std::to_string(width_));
+  options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
+  if (scene_.activation) options.push_back("ACTIVATION");
+  const cl::Program program = device.build({"segments.clh", "diffusion.clh", cell, "monodomain.cl"}, options, generated);
+  entry->second.step = launcher_.handle(program, "monodomain_step");
+  entry->second.diffusion_step = launcher_.handle(program, "diffusion_step");
+  if (!scene_.stimuli.empty()) {
+    options.push_back("STIMULATED");
+    options.push_back("STIMULI=" + std::to_string(scene_.stimuli.size()));
+    const cl::Program stimulated = device.build(
+        {"segments.clh", "diffusion.clh", "stimulus.clh", cell, "monodomain.cl"}, options, generated);
+    entry->second.stimulated_step = launcher_.handle(stimulated, "monodomain_step");
+  }
+}
+
+std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
+  const CellModel model = read_cell_model(scene.cell_model);
+  const auto n = static_cast<std::size_t>(stride);
+  return n * (real_bytes(scene.precision) * (2 + model.states.size() + 6 + model.derived.size()) +
+              (scene.activation ? sizeof(float) : 0) + (scene.stimuli.empty() ? 0 : 1));
+}
+
+double Monodomain::bytes_per_cell_step() const {
+  const auto real = static_cast<double>(real_bytes(scene_.precision));
+  // Potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours a segment.
+  return real * static_cast<double>(2 + 2 * model_.states.size() + 6 + 1 + static_cast<size_t>(fields_)) + 4;
+}
+
+void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
+                          std::span<const Member> members) {
+  Device& device = launcher_.device();
+  const std::size_t real = real_bytes(scene_.precision);
+  choose_fields(members);
+  if (tissue.stride > capacity_) {
+    capacity_ = tissue.stride + tissue.stride / 16;
+    const auto n = static_cast<std::size_t>(capacity_);
+    for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real);
+    states_ = device.allocate(n * real * model_.states.size());
+    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
+    activation_ = device.allocate(scene_.activation ? n * sizeof(float) : 0);
+    stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
+    fields_allocated_ = -1;
+  }
+  if (fields_ > fields_allocated_) {
+    fields_allocated_ = fields_;
+    derived_fields_ = device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
+  }
+  diffusion.assemble(tissue, parameters, 0, 1.0, true, stencil_);
+  diffusion_limit_ms_.clear();
+  for (const double largest : diffusion.bound(tissue, stencil_))
+    diffusion_limit_ms_.push_back(largest > 0 ? 2 / largest : std::numeric_limits<double>::infinity());
+
+  launcher_(kernels_->derive, cl::NDRange(members.size()), cl::NullRange, 0, parameters, derived_,
+            fastest_rate_buffer_, Real{1});
+  std::vector<std::byte> rates(members.size() * real);
+  launcher_.queue().enqueueReadBuffer(fastest_rate_buffer_, CL_TRUE, 0, rates.size(), rates.data());
+  fastest_rate_ = unpack(rates, scene_.precision);
+
+  stimuli_.clear();
+  stimulated_by_host_.assign(static_cast<size_t>(tissue.stride), 0);
+  if (scene_.stimuli.empty()) return;
+  std::vector<double> blocks;
+  for (const Member& member : members) {
+    stimuli_.push_back(stimulus_block(scene_, member.values));
+    blocks.insert(blocks.end(), stimuli_.back().begin(), stimuli_.back().end());
+  }
+  const std::vector<std::byte> packed = pack(blocks, scene_.precision);
+  cl::CommandQueue& queue = launcher_.queue();
+  queue.enqueueWriteBuffer(stimuli_buffer_, CL_TRUE, 0, packed.size(), packed.data());
+  launcher_(mark_stimuli_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NullRange, 2.0 * tissue.stride,
+            stimuli_buffer_, tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.member_of, tissue.region,
+            stimulated_by_);
+  queue.enqueueReadBuffer(stimulated_by_, CL_TRUE, 0, stimulated_by_host_.size(), stimulated_by_host_.data());
+}
+
+void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, double dt_ms, int substeps) {
+  dt_ms_ = dt_ms;
+  substeps_ = substeps;
+  current_ = 0;
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  const auto real = static_cast<double>(real_bytes(scene_.precision));
+  launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NullRange, 0, parameters, derived_,
+            fastest_rate_buffer_, Real{dt_ms});
+  launcher_(kernels_->initialise, cl::NDRange(n), cl::NullRange,
+            static_cast<double>(n) * (5 + real * static_cast<double>(2 + model_.states.size())), parameters,
+            tissue.member_of, tissue.region, derived_fields_, potential_[0], potential_[1], states_, activation_,
+            tissue.stride, Real{dt_ms});
+}
+
+void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  const cl::NDRange global(cells / static_cast<size_t>(width_));
+  const cl::NDRange local(Tissue::block_cells / static_cast<size_t>(width_));
+  const auto bytes = static_cast<double>(cells);
+  const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
+  for (int substep = 1; substep < substeps_; ++substep) {
+    launcher_(kernels_->diffusion_step, global, local,
+              bytes * (9 * static_cast<double>(real_bytes(scene_.precision)) + 4), potential_[current_],
+              potential_[1 - current_], stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride,
+              Real{dt_diffusion});
+    current_ = 1 - current_;
+  }
+  const bool stimulated = std::any_of(stimuli_.begin(), stimuli_.end(), [&](const std::vector<double>& block) {
+    return stimulus_on(block, time_ms, dt_ms_);
+  });
+  launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local, bytes * bytes_per_cell_step(),
+            potential_[current_], potential_[1 - current_], states_, stencil_, tissue.inverse_capacity,
+            tissue.neighbours, tissue.member_of, derived_, derived_fields_, activation_, stimulated_by_,
+            stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{time_ms});
+  current_ = 1 - current_;
+}
+
+const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  launcher_(kernels_->diffusion_step, cl::NDRange(cells / static_cast<size_t>(width_)),
+            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)), 0, potential_[current_],
+            potential_[1 - current_], stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride,
+            Real{0.5 * dt_ms_});
+  return potential_[1 - current_];
+}
+
+}  // namespace cohort

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "solver/cell_model.hpp"
+#include "solver/diffusion.hpp"
+#include "solver/electrophysiology.hpp"
+
+namespace cohort {
+
+/// The monodomain equation on the tissue of a batch, split by Strang (kernels/monodomain.cl).
+class Monodomain {
+ public:
+  Monodomain(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch);
+
+  /// Assembles the operator for the tissue of `members` and reads the limits of their steps.
+  void assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
+                std::span<const Member> members);
+  /// By member: largest stable explicit diffusion step (ms) and fastest rate of the cell model (1/ms).
+  const std::vector<double>& diffusion_limit_ms() const { return diffusion_limit_ms_; }
+  const std::vector<double>& fastest_rate() const { return fastest_rate_; }
+
+  /// Resting state everywhere, for steps of dt_ms with `substeps` diffusion steps in each.
+  void initialise(const Tissue& tissue, const cl::Buffer& parameters, double dt_ms, int substeps);
+
+  /// One step from time_ms: diffusion (half a step when `first`, which opens the splitting), then reaction.
+  void advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first);
+
+  /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays as it is.
+  const cl::Buffer& closed_potential(const Tissue& tissue);
+
+  /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.
+  const cl::Buffer& potential() const { return potential_[current_]; }
+  /// The cell model's states (states, stride).
+  const cl::Buffer& states() const { return states_; }
+  const cl::Buffer& stencil() const { return stencil_; }
+  const cl::Buffer& activation() const { return activation_; }
+  /// (stride) bit k where stimulus k acts.
+  const std::vector<std::uint8_t>& stimulated_by() const { return stimulated_by_host_; }
+  double dt_ms() const { return dt_ms_; }
+
+  /// Device bytes for `stride` compact cells, at most.
+  static std::size_t bytes(const Scene& scene, std::int64_t stride);
+  /// Least bytes that one step moves for each cell.
+  double bytes_per_cell_step() const;
+
+ private:
+  void choose_fields(std::span<const Member> members);
+
+  Launcher& launcher_;
+  const Scene& scene_;
+  Definitions definitions_;
+  CellModel model_;
+  RegionParameters regions_;
+  int members_per_batch_, width_;
+  int capacity_ = 0;
+  double dt_ms_ = 0;
+  int substeps_ = 1;
+  int current_ = 0;
+  std::vector<int> field_of_;  ///< by derived constant: its field, or -1
+  int fields_ = 0, fields_allocated_ = -1;
+  std::vector<double> diffusion_limit_ms_, fastest_rate_;
+  std::vector<std::vector<double>> stimuli_;
+  std::vector<std::uint8_t> stimulated_by_host_;
+
+  cl::Buffer potential_[2], states_, stencil_, derived_, derived_fields_, fastest_rate_buffer_, activation_,
+      stimulated_by_, stimuli_buffer_;
+  struct Kernels {
+    Launcher::Handle derive, initialise, step, stimulated_step, diffusion_step;
+  };
+  std::map<std::vector<int>, Kernels> kernels_by_fields_;
+  Kernels* kernels_ = nullptr;
+  Launcher::Handle mark_stimuli_;
+};
+
+}  // namespace cohort

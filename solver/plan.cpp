@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "solver/lead_weights.hpp"
+#include "solver/monodomain.hpp"
+#include "solver/simulation.hpp"
+#include "solver/time_steps.hpp"
+
+namespace cohort {
+
+namespace {
+
+void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& what) {
+  if (needed <= limit) return;
+  throw std::runtime_error("too little device memory: " + what + " needs " + std::to_string(needed) +
+                           " bytes, and there are " + std::to_string(limit) + " bytes");
+}
+
+}  // namespace
+
+Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members, const PlanOptions& options) {
+  check_given_step(scene);
+  Plan plan{};
+  const Grid grid = make_grid(scene, members);
+  plan.cells = grid.cells;
+  plan.origin_mm = grid.origin_mm;
+
+  const std::size_t limit = options.memory_limit_bytes > 0
+                                ? std::min(options.memory_limit_bytes, device.info().memory_bytes)
+                                : device.info().memory_bytes;
+  refuse_beyond(Tissue::bytes(grid, 1, 0, scene.precision), limit,
+                "the grid of " + std::to_string(grid.size()) + " cells");
+
+  // The scene's own member: its tissue and its steps.
+  Member base{0, scene.parameters.values()};
+  scene.parameters.resolve(base.values);
+  const Definitions definitions = scene_definitions(scene, grid);
+  Launcher launcher(device, scene.precision);
+  const std::vector<std::byte> packed = pack(base.values, scene.precision);
+  const cl::Buffer parameters = device.allocate(packed.size());
+  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+  Tissue tissue(launcher, scene, grid, 1);
+  tissue.build(parameters, 1);
+  plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);
+  plan.segments = static_cast<std::size_t>(tissue.stride / Tissue::lanes);
+  for (size_t r = 0; r < scene.regions.size(); ++r)
+    if (scene.regions[r].excitable &&
+        std::find(tissue.regions.begin(), tissue.regions.end(), static_cast<std::uint8_t>(r)) == tissue.regions.end())
+      throw std::invalid_argument("region \"" + scene.regions[r].name + "\" holds no cell at grid.dx_mm " +
+                                  std::to_string(grid.dx_mm));
+
+  // A GPU is full with about two million cells; a CPU works through one heart at a time.
+  constexpr std::size_t cells_that_fill_a_gpu = 2'000'000;
+  constexpr int most_members = 64;
+  plan.members_per_device = options.members_per_device;
+  if (plan.members_per_device <= 0) {
+    const auto fitting = cells_that_fill_a_gpu / std::max<std::size_t>(plan.segments * Tissue::lanes, 1);
+    plan.members_per_device = device.info().gpu ? std::clamp(static_cast<int>(fitting), 1, most_members) : 1;
+  }
+  if (!members.empty())
+    plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
+  const int batch = plan.members_per_device;
+
+  const auto stride = static_cast<std::int64_t>(plan.segments) * Tissue::lanes * batch;
+  const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
+                          std::size_t bytes) {
+    plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
+    plan.bytes += runs ? bytes : 0;
+  };
+  module("geometry", true, "cells, regions, fractions and fibres of every member",
+         {"classify_cells", "flag_segments", "gather_cells", "link_segments", "fibre_field"},
+         Tissue::bytes(grid, batch, stride, scene.precision));
+  module("monodomain", true, "activation and potential of the tissue",
+         {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
+          "monodomain_step", "diffusion_step"},
+         Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
+  if (scene.ecg) {
+    const Torso torso(device, scene);
+    module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
+           LeadWeights::bytes(stride, scene.precision) + torso.bytes(base.values));
+  } else {
+    module("torso", false, "no ECG is asked for", {}, 0);
+  }
+  module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks", {"record_blocks", "record_totals"},
+         static_cast<std::size_t>(stride / Tissue::block_cells + 1) * 9 * real_bytes(scene.precision));
+  module("activation times", scene.activation.has_value(),
+         scene.activation ? "outputs.activation" : "no activation times are asked for", {}, 0);
+  module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
+  module("circulation", false, "no pressure-volume output is asked for", {}, 0);
+  module("fluid", false, "no flow output is asked for", {}, 0);
+  refuse_beyond(plan.bytes, limit,
+                "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
+
+  tissue.build_fibres(parameters);
+  Diffusion diffusion(launcher, scene, definitions);
+  Monodomain monodomain(launcher, scene, definitions, 1);
+  monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
+  const TimeSteps steps = choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
+  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
+  plan.dt_ms = steps.dt_ms;
+  plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
+
+  // Traffic at the measured bandwidth, or the launches, whichever is longer.
+  const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
+  constexpr double share_of_triad = 0.7;
+  const double bytes_per_step = static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
+  const double step_s =
+      std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9), launch_s * steps.substeps);
+  plan.seconds_per_member = plan.steps * step_s / batch;
+  return plan;
+}
+
+}  // namespace cohort

@@ -1,0 +1,285 @@
+#include "solver/simulation.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "solver/features.hpp"
+#include "solver/lead_weights.hpp"
+#include "solver/monodomain.hpp"
+#include "solver/recorder.hpp"
+#include "solver/time_steps.hpp"
+
+namespace cohort {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+double structural(const Scene& scene, const char* path) { return scene.parameters[scene.parameters.index(path)].value; }
+
+constexpr int samples_per_fetch = 20;
+constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
+
+}  // namespace
+
+Layout layout(const Scene& scene) {
+  Layout result;
+  if (scene.ecg) {
+    result.leads = {"I", "II", "III", "aVR", "aVL", "aVF", "V1", "V2", "V3", "V4", "V5", "V6"};
+    const double interval = sampling_interval_ms(scene), end = structural(scene, "time.end_ms");
+    constexpr double rounding = 1e-9;
+    const auto samples = static_cast<int>(std::ceil(end / interval - rounding));
+    for (int k = 0; k < samples; ++k) result.ecg_ms.push_back(k * interval);
+  }
+  for (const auto& [name, unit] : activation_feature_names(scene)) {
+    result.features.push_back(name);
+    result.feature_units.push_back(unit);
+  }
+  return result;
+}
+
+struct Simulation::State {
+  State(Device& device, const Scene& scene_, const Plan& plan)
+      : scene(scene_),
+        grid{plan.cells, plan.origin_mm, structural(scene_, "grid.dx_mm")},
+        definitions(scene_definitions(scene_, grid)),
+        launcher(device, scene_.precision),
+        tissue(launcher, scene_, grid, plan.members_per_device),
+        diffusion(launcher, scene_, definitions),
+        monodomain(launcher, scene_, definitions, plan.members_per_device),
+        recorder(launcher, scene_, definitions, plan.members_per_device, samples_per_fetch),
+        shape(layout(scene_)) {
+    if (scene.ecg) lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
+    parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
+                                 real_bytes(scene.precision));
+  }
+
+  void prepare(std::span<const Member> members);
+  std::string defect(std::size_t m) const;
+  void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
+             double timeout_s, Clock::time_point start);
+  void store_sample(int sample, double time_ms, const double* row, std::span<Recording* const> recordings);
+
+  const Scene& scene;
+  Grid grid;
+  Definitions definitions;
+  Launcher launcher;
+  Tissue tissue;
+  Diffusion diffusion;
+  Monodomain monodomain;
+  std::optional<LeadWeights> lead_weights;
+  Recorder recorder;
+  Layout shape;
+  cl::Buffer parameters;
+  double simulated_ms = 0, cell_updates = 0;
+  bool profiled_setup = false;
+  int batches = 0;
+};
+
+Simulation::Simulation(Device& device, const Scene& scene, const Plan& plan)
+    : state_(std::make_unique<State>(device, scene, plan)) {}
+Simulation::~Simulation() = default;
+
+// Geometry, operators and lead fields of `members`.
+void Simulation::State::prepare(std::span<const Member> members) {
+  std::vector<double> values;
+  for (const Member& member : members) values.insert(values.end(), member.values.begin(), member.values.end());
+  const std::vector<std::byte> packed = pack(values, scene.precision);
+  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+  tissue.build(parameters, static_cast<int>(members.size()));
+  tissue.build_fibres(parameters);
+  monodomain.assemble(tissue, diffusion, parameters, members);
+  if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
+}
+
+// Why member m cannot run; empty when it can.
+std::string Simulation::State::defect(std::size_t m) const {
+  if (tissue.touches_boundary[m]) return "the tissue leaves the grid";
+  std::vector<bool> present(scene.regions.size(), false);
+  std::uint8_t stimulated = 0;
+  const auto begin = static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
+  const auto end = static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
+  for (std::size_t i = begin; i < end; ++i) {
+    if (tissue.regions[i] != 255) present[tissue.regions[i]] = true;
+    stimulated |= monodomain.stimulated_by()[i];
+  }
+  for (size_t r = 0; r < present.size(); ++r)
+    if (scene.regions[r].excitable && !present[r])
+      return "region \"" + scene.regions[r].name + "\" holds no cell";
+  for (size_t k = 0; k < scene.stimuli.size(); ++k)
+    if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
+  return {};
+}
+
+// One sample of every member: eight leads to twelve, and the check.
+void Simulation::State::store_sample(int sample, double time_ms, const double* row,
+                                     std::span<Recording* const> recordings) {
+  for (Recording* recording : recordings) {
+    const double wild = row[recorder.quantities() - 1];
+    if (wild > 0 || std::isnan(wild)) {
+      if (recording->outcome == Outcome::done) {
+        recording->outcome = Outcome::unstable;
+        recording->failed_at_ms = time_ms;
+        recording->reason = "the potential is beyond 1000 mV, or no number, in " +
+                            std::to_string(static_cast<std::int64_t>(wild)) + " cells";
+      }
+    } else if (lead_weights && sample < static_cast<int>(shape.ecg_ms.size()) && recording->outcome == Outcome::done) {
+      const std::size_t samples = shape.ecg_ms.size();
+      const auto put = [&](std::size_t lead, float mV) {
+        recording->ecg[lead * samples + static_cast<size_t>(sample)] = mV;
+      };
+      // The limb leads are exact combinations of the stored I and II.
+      const auto I = static_cast<float>(row[0]), II = static_cast<float>(row[1]);
+      put(0, I);
+      put(1, II);
+      put(2, II - I);
+      put(3, -0.5f * (I + II));
+      put(4, I - 0.5f * II);
+      put(5, II - 0.5f * I);
+      for (std::size_t v = 0; v < 6; ++v) put(6 + v, static_cast<float>(row[2 + v]));
+    }
+    row += recorder.quantities();
+  }
+}
+
+// The time loop of members that share their steps. Nothing in it waits for the device but the fetch of samples that were
+// taken one fetch ago.
+void Simulation::State::march(const TimeSteps& steps, std::span<const Member> members,
+                              std::span<Recording* const> recordings, double timeout_s, Clock::time_point start) {
+  const double end_ms = structural(scene, "time.end_ms"), interval = sampling_interval_ms(scene);
+  constexpr double rounding = 1e-9;
+  const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));
+  const auto samples = static_cast<int>(std::ceil(end_ms / interval - rounding));
+  const auto loop_start = Clock::now();
+
+  monodomain.initialise(tissue, parameters, steps.dt_ms, steps.substeps);
+  recorder.prepare(tissue);
+  const cl::Buffer* weights = lead_weights ? &lead_weights->weights() : nullptr;
+
+  struct Fetch {
+    int first, count;
+  };
+  std::optional<Fetch> pending;
+  const auto receive = [&](const Fetch& fetch, bool last) {
+    const std::vector<double> rows = recorder.fetched(last);
+    const auto width = static_cast<size_t>(recorder.quantities()) * members.size();
+    for (int k = 0; k < fetch.count; ++k)
+      store_sample(fetch.first + k, std::min((fetch.first + k) * interval, end_ms),
+                   rows.data() + static_cast<size_t>(k) * width, recordings);
+  };
+
+  std::int64_t step = 0;
+  bool stopped = false;
+  // The last sample, at end_ms, is for the check alone.
+  for (int first = 0; first <= samples && !stopped; first += samples_per_fetch) {
+    const int count = std::min(samples_per_fetch, samples + 1 - first);
+    launcher.profile(batches > 0 || first > 0 ? first / samples_per_fetch % fetches_per_profile == 1 : false);
+    for (int k = 0; k < count; ++k) {
+      recorder.sample(tissue, monodomain, weights, k);
+      for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
+        monodomain.advance(tissue, parameters, static_cast<double>(step) * steps.dt_ms, step == 0);
+      launcher.queue().flush();
+    }
+    recorder.start_fetch(count);
+    if (pending) receive(*pending, false);
+    pending = Fetch{first, count};
+    if (seconds_since(start) > timeout_s) {
+      for (Recording* recording : recordings) {
+        if (recording->outcome != Outcome::done) continue;
+        recording->outcome = Outcome::timeout;
+        recording->failed_at_ms = (first + count) * interval;
+        recording->reason = "not finished after " + std::to_string(timeout_s) + " s";
+      }
+      stopped = true;
+    }
+    stopped = stopped || std::all_of(recordings.begin(), recordings.end(),
+                                     [](const Recording* r) { return r->outcome != Outcome::done; });
+  }
+  if (pending) receive(*pending, true);
+  launcher.profile(false);
+
+  if (scene.activation) {
+    std::vector<float> activation(static_cast<size_t>(tissue.stride));
+    launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, activation.size() * sizeof(float),
+                                       activation.data());
+    for (size_t m = 0; m < members.size(); ++m)
+      if (recordings[m]->outcome == Outcome::done)
+        recordings[m]->features = activation_features(scene, tissue, activation, m, members[m].values);
+  }
+  const double share_s = seconds_since(loop_start) / static_cast<double>(members.size());
+  for (size_t m = 0; m < members.size(); ++m) {
+    recordings[m]->dt_ms = steps.dt_ms;
+    recordings[m]->device_s = share_s;
+    simulated_ms += static_cast<double>(step) * steps.dt_ms;
+    cell_updates += static_cast<double>(step) * static_cast<double>(tissue.tissue_cells[m]);
+  }
+}
+
+std::vector<Recording> Simulation::run(std::span<const Member> members, double timeout_s) {
+  State& s = *state_;
+  const auto start = Clock::now();
+  std::vector<Recording> recordings(members.size());
+  for (Recording& recording : recordings) {
+    recording.outcome = Outcome::done;
+    recording.dx_mm = s.grid.dx_mm;
+    recording.ecg.assign(s.shape.leads.size() * s.shape.ecg_ms.size(), std::numeric_limits<float>::quiet_NaN());
+    recording.features.assign(s.shape.features.size(), std::numeric_limits<float>::quiet_NaN());
+  }
+  s.launcher.profile(s.batches == 1);  // the set-up of the second batch is timed: the first one compiles
+  s.prepare(members);
+  s.launcher.profile(false);
+  s.launcher.queue().finish();
+
+  // Members whose steps differ run after each other, so that each one's steps are its own.
+  struct Group {
+    TimeSteps steps;
+    std::vector<Member> members;
+    std::vector<Recording*> recordings;
+  };
+  std::vector<Group> groups;
+  for (size_t m = 0; m < members.size(); ++m) {
+    std::string reason = s.defect(m);
+    TimeSteps steps{};
+    if (reason.empty()) {
+      try {
+        steps = choose_steps(s.scene, s.monodomain.fastest_rate()[m], s.monodomain.diffusion_limit_ms()[m]);
+      } catch (const std::runtime_error& error) {
+        reason = error.what();
+      }
+    }
+    if (!reason.empty()) {
+      recordings[m].outcome = Outcome::rejected;
+      recordings[m].reason = reason;
+      recordings[m].failed_at_ms = 0;
+      continue;
+    }
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.steps == steps; });
+    if (group == groups.end()) group = groups.insert(groups.end(), Group{steps, {}, {}});
+    group->members.push_back(members[m]);
+    group->recordings.push_back(&recordings[m]);
+  }
+  const double setup_s = seconds_since(start) / static_cast<double>(members.size());
+  for (Group& group : groups) {
+    if (group.members.size() != members.size()) s.prepare(group.members);
+    s.march(group.steps, group.members, group.recordings, timeout_s, start);
+  }
+  ++s.batches;
+  for (Recording& recording : recordings) {
+    recording.setup_s = setup_s;
+    recording.wall_s = seconds_since(start) / static_cast<double>(members.size());
+  }
+  return recordings;
+}
+
+std::vector<KernelPerformance> Simulation::performance() const { return state_->launcher.performance(); }
+double Simulation::simulated_ms() const { return state_->simulated_ms; }
+double Simulation::cell_updates() const { return state_->cell_updates; }
+
+}  // namespace cohort

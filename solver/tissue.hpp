@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solver/launch.hpp"
+#include "solver/scene.hpp"
+
+namespace cohort {
+
+/// The grid that holds the members of a campaign: cells (nx, ny, nz), nx a multiple of 8, faces on multiples of dx.
+struct Grid {
+  std::array<int, 3> cells;
+  std::array<double, 3> origin_mm;
+  double dx_mm;
+  Real4 origin_and_spacing() const { return {origin_mm[0], origin_mm[1], origin_mm[2], dx_mm}; }
+  std::int64_t size() const { return std::int64_t{cells[0]} * cells[1] * cells[2]; }
+};
+
+/// The smallest grid with a free layer of cells around the tissue of every member.
+Grid make_grid(const Scene& scene, std::span<const Member> members);
+
+/// Generated source and -D options that every program of a scene shares: parameter macros, regions, grid, precision.
+struct Definitions {
+  std::string generated;
+  std::vector<std::string> options;
+};
+Definitions scene_definitions(const Scene& scene, const Grid& grid);
+
+/// Tissue of a batch of members in compact form (kernels/segments.clh): segments of 8 cells, member after member, each
+/// member padded to whole blocks of 32 segments with at least one void segment at its end.
+class Tissue {
+ public:
+  static constexpr int lanes = 8, first_cell_place = 32, block_cells = 256;
+
+  Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members);
+
+  /// Evaluates the geometry of `members` members, whose blocks stand in `parameters` (members, table size), and fills
+  /// everything below. Throws std::runtime_error where device memory does not suffice.
+  void build(const cl::Buffer& parameters, int members);
+  /// Fibre directions of the tissue built last, (3, stride).
+  void build_fibres(const cl::Buffer& parameters);
+
+  /// Types of the grid's vertices after build(): (members, nz+1, ny+1, nx+1), 0 outside, 1 solid, 2 surface.
+  std::vector<std::uint8_t> vertices(int members);
+
+  int stride = 0;                         ///< cells of a compact field, void ones included
+  int blocks = 0;                         ///< blocks of 256 cells over all members
+  std::vector<int> first_block;           ///< (members + 1)
+  std::vector<std::int64_t> tissue_cells; ///< by member
+  std::vector<std::uint8_t> regions;      ///< (stride) host copy of `region`
+  std::vector<int> first_cells;           ///< (stride / 8) grid cell of each segment, counted over members, or -1
+  std::vector<int> places;                ///< (members, nz, ny, nx/8) segment of each run of the grid, 1 where void
+  /// By member: tissue reaches the outermost cells of the grid, where neighbours would be missing.
+  std::vector<bool> touches_boundary;
+
+  cl::Buffer first_cell, place, member_of, neighbours, region, capacity, inverse_capacity, fibre;
+
+  const Grid& grid() const { return grid_; }
+  /// Device bytes for `members` members with `stride` compact cells in all.
+  static std::size_t bytes(const Grid& grid, int members, std::int64_t stride, Precision precision);
+
+ private:
+  void compact(const std::vector<std::uint8_t>& flags, int members);
+
+  Launcher& launcher_;
+  Device& device_;
+  Precision precision_;
+  Grid grid_;
+  cl::Buffer grid_region_, grid_fraction_, flag_;
+  int capacity_members_ = 0, capacity_stride_ = 0;
+  Launcher::Handle classify_, classify_vertices_, flag_segments_, gather_, link_, fibre_field_;
+};
+
+}  // namespace cohort

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "ensemble/members.hpp"
+#include "ensemble/schema.hpp"
+#include "ensemble/worker.hpp"
+
+namespace cohort::fake {
+
+/// A campaign of three parameters, two of them sampled, without a scene behind it.
+inline Campaign campaign(std::int64_t members, std::uint64_t seed = 7) {
+  Campaign c;
+  auto& table = c.scene.parameters;
+  table.add({.path = "geometry.heart.lv_wall_mm",
+             .unit = "mm",
+             .value = 10,
+             .lower = 5,
+             .upper = 20,
+             .meaning = "",
+             .source = ""});
+  table.add({.path = "electrophysiology.sigma_mS_per_mm",
+             .unit = "mS/mm",
+             .value = 0.1,
+             .lower = 0.01,
+             .upper = 1,
+             .meaning = "",
+             .source = ""});
+  table.add({.path = "torso.radius_mm",
+             .unit = "mm",
+             .value = 150,
+             .lower = 100,
+             .upper = 200,
+             .meaning = "",
+             .source = ""});
+  c.parameters = {
+      {"geometry.heart.lv_wall_mm",
+       {.kind = Distribution::Kind::normal, .a = 10, .b = 1, .lower = 7, .upper = 14, .choices = {}}},
+      {"electrophysiology.sigma_mS_per_mm",
+       {.kind = Distribution::Kind::log_uniform, .a = 0.05, .b = 0.5, .choices = {}}}};
+  c.members = members;
+  c.seed = seed;
+  c.text = "campaign: {members: " + std::to_string(members) + ", seed: " + std::to_string(seed) + "}\n";
+  c.sha256 = "sha256-of-" + std::to_string(members) + "-" + std::to_string(seed);
+  return c;
+}
+
+inline Layout layout(std::size_t samples = 200) {
+  Layout l;
+  l.leads = {"I", "II", "III", "aVR", "aVL", "aVF", "V1", "V2", "V3", "V4", "V5", "V6"};
+  for (std::size_t i = 0; i < samples; ++i) l.ecg_ms.push_back(static_cast<double>(i));
+  l.features = {"qrs_ms", "qt_ms"};
+  l.feature_units = {"ms", "ms"};
+  return l;
+}
+
+/// An "ECG" that is a function of the member's values; members 5, 11 and 17 end badly.
+inline Recording simulate(const Member& member, const Layout& layout) {
+  Recording r;
+  r.dt_ms = 0.05;
+  r.dx_mm = 2;
+  if (member.id == 5 || member.id == 11 || member.id == 17) {
+    r.outcome = member.id == 5 ? Outcome::unstable : member.id == 11 ? Outcome::rejected : Outcome::failed;
+    r.reason = "made to fail: member " + std::to_string(member.id);
+    r.failed_at_ms = 3.5;
+    return r;
+  }
+  r.outcome = Outcome::done;
+  for (std::size_t lead = 0; lead < layout.leads.size(); ++lead)
+    for (const double t : layout.ecg_ms)
+      r.ecg.push_back(static_cast<float>(std::sin(member.values[0] * 0.01 * t + static_cast<double>(lead)) *
+                                         member.values[1]));
+  r.features = {static_cast<float>(member.values[0]), static_cast<float>(member.values[1])};
+  return r;
+}
+
+/// Runs a batch as the fake simulator does, taking `per_batch`.
+inline RunBatch run(const Layout& layout, std::chrono::milliseconds per_batch = {}) {
+  return [=](std::span<const Member> members, double) {
+    std::this_thread::sleep_for(per_batch);
+    std::vector<Recording> recordings;
+    for (const auto& member : members) recordings.push_back(simulate(member, layout));
+    return recordings;
+  };
+}
+
+}  // namespace cohort::fake

@@ -1,0 +1,43 @@
+// One rank of a campaign without hearts: the store, the claims and the worker as in the real program, with a
+// simulator that only sleeps. Several of them work on one store like ranks of several jobs.
+//
+//     fake_cohort STORE MEMBERS RANK [MS_PER_BATCH]
+//
+// Ends like cohort run: 0 all done, 1 the store cannot be had, 2 some failed, 3 interrupted.
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+
+#include "ensemble/interrupt.hpp"
+#include "ensemble/status.hpp"
+#include "ensemble/store.hpp"
+#include "tests/robustness/fake_campaign.hpp"
+
+int main(int argc, char** argv) try {
+  using namespace cohort;
+  if (argc < 4) return 1;
+  spdlog::set_level(spdlog::level::err);
+  const auto campaign = fake::campaign(std::atoll(argv[2]));
+  const auto layout = fake::layout();
+  const auto schema = make_schema(campaign, sample(campaign), layout, "fake");
+  const std::chrono::milliseconds per_batch(argc > 4 ? std::atoi(argv[4]) : 20);
+
+  catch_interrupts();
+  Claims claims(argv[1]);
+  create_store(argv[1], schema, claims);
+  Store store(argv[1], Store::Access::write);
+  store.require(schema);
+  WorkerOptions options;
+  options.members_per_device = 4;
+  options.retries = 1;
+  options.rank = std::atoi(argv[3]);
+  options.device = "none";
+  const auto all = members(campaign, schema.samples);
+  if (work(store, claims, schema.samples, all, fake::run(layout, per_batch), options) ==
+      WorkerEnd::interrupted)
+    return 3;
+  return exit_code(store.statuses());
+} catch (const std::exception& error) {
+  spdlog::error("{}", error.what());
+  return 1;
+}

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "solver/diffusion.hpp"
+#include "solver/monodomain.hpp"
+#include "solver/precision.hpp"
+
+namespace cohort::test {
+
+/// The first device there is: PoCL where there is no GPU.
+inline Device& device() {
+  static std::unique_ptr<Device> first = [] {
+    const std::vector<DeviceInfo> all = devices();
+    if (all.empty()) throw std::runtime_error("no OpenCL device");
+    return std::make_unique<Device>(all.front());
+  }();
+  return *first;
+}
+
+/// A box of tissue with the parts of the monodomain solver on it, for tests that look inside.
+struct Slab {
+  /// size in mm, from the origin. set: changes to the parameters' values, by path.
+  Slab(std::array<double, 3> size_mm, double dx_mm, Precision precision, const std::string& cell_model,
+       const std::vector<std::pair<std::string, double>>& set) {
+    scene.geometry = GeometryKind::box;
+    scene.cell_model = cell_model;
+    scene.precision = precision;
+    declare_parameters(scene);
+    const char* axes[] = {".x", ".y", ".z"};
+    for (size_t a = 0; a < 3; ++a) put(std::string("geometry.box.size_mm") + axes[a], size_mm[a]);
+    put("grid.dx_mm", dx_mm);
+    for (const auto& [path, value] : set) put(path, value);
+    member.values = scene.parameters.values();
+    scene.parameters.resolve(member.values);
+    const std::span<const Member> one(&member, 1);
+    grid = make_grid(scene, one);
+    definitions = scene_definitions(scene, grid);
+    launcher = std::make_unique<Launcher>(device(), precision);
+    tissue = std::make_unique<Tissue>(*launcher, scene, grid, 1);
+    diffusion = std::make_unique<Diffusion>(*launcher, scene, definitions);
+    monodomain = std::make_unique<Monodomain>(*launcher, scene, definitions, 1);
+    const std::vector<std::byte> packed = pack(member.values, precision);
+    parameters = device().allocate(packed.size());
+    launcher->queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+    tissue->build(parameters, 1);
+    tissue->build_fibres(parameters);
+    monodomain->assemble(*tissue, *diffusion, parameters, one);
+  }
+
+  void put(const std::string& path, double value) { scene.parameters[scene.parameters.index(path)].value = value; }
+
+  std::vector<double> read(const cl::Buffer& buffer, std::size_t count, std::size_t first = 0) {
+    const std::size_t real = real_bytes(scene.precision);
+    std::vector<std::byte> raw(count * real);
+    launcher->queue().enqueueReadBuffer(buffer, CL_TRUE, first * real, raw.size(), raw.data());
+    return unpack(raw, scene.precision);
+  }
+  void write(const cl::Buffer& buffer, const std::vector<double>& numbers, std::size_t first = 0) {
+    const std::vector<std::byte> raw = pack(numbers, scene.precision);
+    launcher->queue().enqueueWriteBuffer(buffer, CL_TRUE, first * real_bytes(scene.precision), raw.size(), raw.data());
+  }
+  std::vector<double> potential() { return read(monodomain->potential(), static_cast<size_t>(tissue->stride)); }
+
+  /// A field (stride) with f at the centre of every tissue cell and `elsewhere` in the others.
+  std::vector<double> field(const std::function<double(double, double, double)>& f, double elsewhere = 0) const {
+    std::vector<double> result(static_cast<size_t>(tissue->stride), elsewhere);
+    each_cell([&](std::size_t i, const std::array<double, 3>& p) { result[i] = f(p[0], p[1], p[2]); });
+    return result;
+  }
+  /// Calls visit(place, centre in mm) for every tissue cell.
+  void each_cell(const std::function<void(std::size_t, const std::array<double, 3>&)>& visit) const {
+    for (std::size_t i = 0; i < tissue->regions.size(); ++i) {
+      if (tissue->regions[i] == 255) continue;
+      const int cell = tissue->first_cells[i / 8] + static_cast<int>(i % 8);
+      const std::array<int, 3> index = {cell % grid.cells[0], cell / grid.cells[0] % grid.cells[1],
+                                        cell / (grid.cells[0] * grid.cells[1])};
+      std::array<double, 3> centre{};
+      for (size_t a = 0; a < 3; ++a) centre[a] = grid.origin_mm[a] + grid.dx_mm * (index[a] + 0.5);
+      visit(i, centre);
+    }
+  }
+
+  Scene scene;
+  Member member{0, {}};
+  Grid grid{};
+  Definitions definitions;
+  std::unique_ptr<Launcher> launcher;
+  std::unique_ptr<Tissue> tissue;
+  std::unique_ptr<Diffusion> diffusion;
+  std::unique_ptr<Monodomain> monodomain;
+  cl::Buffer parameters;
+};
+
+}  // namespace cohort::test

@@ -1,0 +1,228 @@
+#include "ensemble/config.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "ensemble/sha256.hpp"
+#include "ensemble/suggest.hpp"
+
+namespace {
+
+using cohort::Campaign;
+using cohort::Distribution;
+using cohort::parse_campaign;
+
+const char* const slab = R"(
+scene:
+  geometry: {box: {size_mm: [20, 7, 3]}}
+  grid: {dx_mm: 0.5}
+  time: {end_ms: 1e2}
+  precision: double
+  stimuli:
+    corner: {shape: box, lower_mm: [0, 0, 0], upper_mm: [+1.5, 1.5, 1.5], start_ms: 5, duration_ms: 2}
+outputs:
+  activation: {probes: {near_mm: [1, 1, 1], far_mm: [20, 7, 3]}}
+)";
+
+const char* const heart = R"(
+scene:
+  geometry: {heart: {lv_radius_mm: 26}}
+  grid: {dx_mm: 4}
+outputs: {ecg: {leads: 12, rate_hz: 500}}
+parameters:
+  geometry.heart.lv_wall_mm: {normal: [10, 1], bounds: [7, 14]}
+  geometry.heart.lv_radius_mm: {uniform: [20, 30]}
+campaign: {members: 9, method: grid, seed: 7, timeout_s: 600, retries: 1, members_per_device: 3}
+store: results/heart.h5
+)";
+
+double value(const Campaign& campaign, const std::string& path) {
+  return campaign.scene.parameters[campaign.scene.parameters.index(path)].value;
+}
+
+TEST(Config, PutsNumbersAtTheirPaths) {
+  const Campaign campaign = parse_campaign(slab, "slab.yaml");
+  EXPECT_EQ(campaign.scene.geometry, cohort::GeometryKind::box);
+  EXPECT_EQ(campaign.scene.precision, cohort::Precision::double_);
+  EXPECT_EQ(value(campaign, "geometry.box.size_mm.x"), 20);
+  EXPECT_EQ(value(campaign, "geometry.box.size_mm.z"), 3);
+  EXPECT_EQ(value(campaign, "grid.dx_mm"), 0.5);
+  EXPECT_EQ(value(campaign, "time.end_ms"), 100);
+  EXPECT_EQ(value(campaign, "stimuli.corner.upper_mm.x"), 1.5);
+  EXPECT_EQ(value(campaign, "stimuli.corner.start_ms"), 5);
+  EXPECT_EQ(campaign.store, "slab.h5");
+  EXPECT_EQ(campaign.members, 1);
+}
+
+TEST(Config, ReadsStimuliAndProbes) {
+  const Campaign campaign = parse_campaign(slab, "slab.yaml");
+  ASSERT_EQ(campaign.scene.stimuli.size(), 1u);
+  EXPECT_EQ(campaign.scene.stimuli[0].name, "corner");
+  EXPECT_EQ(campaign.scene.stimuli[0].kind, cohort::Stimulus::Kind::box);
+  EXPECT_FALSE(campaign.scene.ecg);
+  ASSERT_TRUE(campaign.scene.activation);
+  EXPECT_EQ(campaign.scene.activation->probes, (std::vector<std::string>{"near", "far"}));
+  EXPECT_EQ(value(campaign, "outputs.activation.probes.far_mm.y"), 7);
+}
+
+TEST(Config, ReadsTheCampaign) {
+  const Campaign campaign = parse_campaign(heart, "configs/heart.yaml");
+  EXPECT_TRUE(campaign.scene.ecg);
+  EXPECT_FALSE(campaign.scene.activation);
+  EXPECT_EQ(campaign.members, 9);
+  EXPECT_EQ(campaign.method, cohort::Method::grid);
+  EXPECT_EQ(campaign.seed, 7u);
+  EXPECT_EQ(campaign.timeout_s, 600);
+  EXPECT_EQ(campaign.retries, 1);
+  EXPECT_EQ(campaign.members_per_device, 3);
+  EXPECT_EQ(campaign.store, "results/heart.h5");
+  ASSERT_EQ(campaign.parameters.size(), 2u);
+  EXPECT_EQ(campaign.parameters[0].path, "geometry.heart.lv_wall_mm");
+  const Distribution& wall = campaign.parameters[0].distribution;
+  EXPECT_EQ(wall.kind, Distribution::Kind::normal);
+  EXPECT_EQ(wall.a, 10);
+  EXPECT_EQ(wall.b, 1);
+  EXPECT_EQ(wall.lower, 7);
+  EXPECT_EQ(wall.upper, 14);
+  EXPECT_EQ(campaign.parameters[1].distribution.upper, 30);
+}
+
+TEST(Config, ReadsShapesAndRegions) {
+  const Campaign campaign = parse_campaign(R"(
+scene:
+  geometry:
+    shapes:
+      outer: {ellipsoid: {centre_mm: [0, 0, 1]}}
+      inner: {ellipsoid: {}}
+      blend: {smooth_union: [outer, inner], radius_mm: 6}
+      wall: {subtract: [blend, inner]}
+    regions:
+      muscle: {shape: wall, fibres: transmural}
+      scar: {shape: inner, excitable: false}
+outputs: {activation: {}}
+)",
+                                           "shapes.yaml");
+  ASSERT_EQ(campaign.scene.shapes.size(), 4u);
+  EXPECT_EQ(campaign.scene.shapes[3].kind, cohort::Shape::Kind::subtract);
+  EXPECT_EQ(campaign.scene.shapes[3].operands, (std::vector<std::string>{"blend", "inner"}));
+  ASSERT_EQ(campaign.scene.regions.size(), 2u);
+  EXPECT_EQ(campaign.scene.regions[0].shape, "wall");
+  EXPECT_EQ(campaign.scene.regions[0].fibres, cohort::Region::Fibres::transmural);
+  EXPECT_FALSE(campaign.scene.regions[1].excitable);
+  EXPECT_EQ(value(campaign, "geometry.shapes.outer.ellipsoid.centre_mm.z"), 1);
+  EXPECT_EQ(value(campaign, "geometry.shapes.blend.radius_mm"), 6);
+}
+
+TEST(Config, LeavesInheritedParametersUnset) {
+  const Campaign campaign = parse_campaign(R"(
+scene:
+  geometry: {heart: {}}
+  electrophysiology: {mitchell_schaeffer: {tau_close_ms: 140}}
+outputs: {ecg: {}}
+)",
+                                           "heart.yaml");
+  const cohort::ParameterTable& table = campaign.scene.parameters;
+  int inheriting = 0;
+  for (const cohort::Parameter& parameter : table.all()) {
+    if (parameter.inherits != "electrophysiology.mitchell_schaeffer.tau_close_ms") continue;
+    ++inheriting;
+    EXPECT_TRUE(std::isnan(parameter.value)) << parameter.path;
+  }
+  EXPECT_GT(inheriting, 0);
+  std::vector<double> values = table.values();
+  table.resolve(values);
+  for (int i = 0; i < table.size(); ++i)
+    if (table[i].inherits == "electrophysiology.mitchell_schaeffer.tau_close_ms")
+      EXPECT_EQ(values[static_cast<size_t>(i)], 140);
+}
+
+TEST(Config, ChecksATorsoThatNoOutputNeeds) {
+  const std::string text = R"(
+scene: {geometry: {heart: {}}, torso: {shape: ellipsoid, conductivity_mS_per_mm: 0.25}}
+outputs: {activation: {}}
+)";
+  EXPECT_EQ(parse_campaign(text, "heart.yaml").scene.parameters.find("torso.conductivity_mS_per_mm"), -1);
+  EXPECT_THROW(parse_campaign(text, "heart.yaml", {"torso.conductivity_mS_per_mm=-1"}), cohort::ConfigError);
+}
+
+TEST(Config, SetWins) {
+  const Campaign campaign =
+      parse_campaign(heart, "heart.yaml",
+                     {"grid.dx_mm=2", "geometry.heart.lv_radius_mm=24", "campaign.members=4",
+                      "store=other.h5", "outputs.ecg.rate_hz=250",
+                      "parameters.geometry.heart.lv_wall_mm={uniform: [8, 12]}", "time.end_ms=10"});
+  EXPECT_EQ(value(campaign, "grid.dx_mm"), 2);
+  EXPECT_EQ(value(campaign, "geometry.heart.lv_radius_mm"), 24);
+  EXPECT_EQ(value(campaign, "outputs.ecg.rate_hz"), 250);
+  EXPECT_EQ(value(campaign, "time.end_ms"), 10);
+  EXPECT_EQ(campaign.members, 4);
+  EXPECT_EQ(campaign.store, "other.h5");
+  ASSERT_EQ(campaign.parameters.size(), 2u);
+  EXPECT_EQ(campaign.parameters[0].distribution.kind, Distribution::Kind::uniform);
+}
+
+TEST(Config, SetReachesAVectorAndItsComponents) {
+  const Campaign campaign =
+      parse_campaign(slab, "slab.yaml", {"geometry.box.size_mm.y=9", "stimuli.corner.upper_mm=[2, 3, 4]"});
+  EXPECT_EQ(value(campaign, "geometry.box.size_mm.x"), 20);
+  EXPECT_EQ(value(campaign, "geometry.box.size_mm.y"), 9);
+  EXPECT_EQ(value(campaign, "stimuli.corner.upper_mm.z"), 4);
+}
+
+TEST(Config, TextIsTheFileAndItsOverrides) {
+  const Campaign campaign =
+      parse_campaign(heart, "heart.yaml", {"grid.dx_mm=2", "store=a.h5", "campaign.seed=8"});
+  EXPECT_EQ(campaign.text, std::string(heart) + "# --set grid.dx_mm=2\n# --set campaign.seed=8\n");
+}
+
+TEST(Config, IdentityIsEverythingButTheStore) {
+  const std::string text = heart;
+  const std::string plain = parse_campaign(text, "heart.yaml").sha256;
+  std::string moved = text;
+  moved.replace(moved.find("results/heart.h5"), 16, "elsewhere.h5");
+  std::string changed = text;
+  changed.replace(changed.find("seed: 7"), 7, "seed: 8");
+  EXPECT_EQ(parse_campaign(text, "heart.yaml", {"store=b.h5"}).sha256, plain);
+  EXPECT_EQ(parse_campaign(moved, "heart.yaml").sha256, plain);
+  EXPECT_NE(parse_campaign(changed, "heart.yaml").sha256, plain);
+  EXPECT_NE(parse_campaign(text, "heart.yaml", {"campaign.seed=8"}).sha256, plain);
+}
+
+TEST(Config, PointsOfACsvCountTheMembers) {
+  std::filesystem::current_path(COHORT_SOURCE_DIR);
+  const std::string text = R"(
+scene: {geometry: {heart: {}}}
+outputs: {ecg: {}}
+campaign: {method: csv, points: points.csv}
+)";
+  const Campaign campaign = parse_campaign(text, "tests/unit/csv.yaml");
+  EXPECT_EQ(campaign.members, 3);
+  EXPECT_EQ(campaign.points_file, "tests/unit/points.csv");
+  EXPECT_NE(campaign.text.find("# points points.csv sha256 "), std::string::npos);
+}
+
+// The examples of FIPS 180-4 that NIST publishes with intermediate values, and the empty message.
+TEST(Sha256, EqualsThePublishedDigests) {
+  EXPECT_EQ(cohort::sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(cohort::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(cohort::sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(cohort::sha256(std::string(1000000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Suggest, CountsSwapsAsOne) {
+  EXPECT_EQ(cohort::edit_distance("dt_ms", "dt_us"), 1);
+  EXPECT_EQ(cohort::edit_distance("haert", "heart"), 1);
+  EXPECT_EQ(cohort::edit_distance("kitten", "sitting"), 3);
+  EXPECT_EQ(cohort::edit_distance("", "abc"), 3);
+}
+
+TEST(Suggest, NamesTheNearestOrAll) {
+  EXPECT_EQ(cohort::suggestion("dt_us", {"end_ms", "dt_ms"}), "; did you mean \"dt_ms\"?");
+  EXPECT_EQ(cohort::suggestion("tolerance", {"end_ms", "dt_ms"}), "; known are end_ms, dt_ms");
+}
+
+}  // namespace
