@@ -38,9 +38,9 @@ accumulator total(global const accumulator *partial, int which, local accumulato
   for (int n = lane; n < CHUNKS; n += GROUP) sum += partial[n];
 #if GROUP > 1
   scratch[lane] = sum;
-  for (int active = GROUP / 2; active > 0; active /= 2) {
+  for (int lanes = GROUP / 2; lanes > 0; lanes /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lane < active) scratch[lane] += scratch[lane + active];
+    if (lane < lanes) scratch[lane] += scratch[lane + lanes];
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   sum = scratch[0];
