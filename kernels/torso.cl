@@ -1,8 +1,8 @@
 // The torso on its grid: level set, face conductances of cut cells, unit currents at the electrodes,
 // continuation of the potentials beyond the skin. Indexing: elliptic.clh.
 // The flux through a cut face is the part of its area inside times the difference of the two cells' values
-// (Purvis & Burkhalter, AIAA J. 17, 526 (1979); Ng, Min & Gibou, J. Comput. Phys. 228, 8807 (2009), eq.
-// 10): symmetric, and of second order with an insulated boundary.
+// (Purvis & Burkhalter, AIAA J. 17, 526 (1979); Ng, Min & Gibou, J. Comput. Phys. 228, 8807 (2009)):
+// symmetric, and of second order with an insulated boundary.
 //
 // -D TORSO_BOX, TORSO_ELLIPSOID or TORSO_CYLINDER   the shape (cylinder: vertical, superelliptic
 // cross-section)
