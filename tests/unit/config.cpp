@@ -204,6 +204,16 @@ campaign: {method: csv, points: points.csv}
   EXPECT_NE(campaign.text.find("# points points.csv sha256 "), std::string::npos);
 }
 
+TEST(Config, ReadsEveryFileOfConfigs) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(COHORT_SOURCE_DIR "/configs")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++files;
+    EXPECT_NO_THROW(cohort::read_campaign(entry.path().string())) << entry.path();
+  }
+  EXPECT_GE(files, 4);
+}
+
 // The examples of FIPS 180-4 that NIST publishes with intermediate values, and the empty message.
 TEST(Sha256, EqualsThePublishedDigests) {
   EXPECT_EQ(cohort::sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
