@@ -21,7 +21,8 @@ struct Sphere {
 };
 
 /// Fills scene.regions (heart and box; those of `shapes` are the scene's own) and appends the geometry's parameters:
-/// geometry.heart.*, geometry.box.size_mm.*, geometry.shapes.<name>.<primitive>.<size>, geometry.fibres.*.
+/// geometry.heart.*, geometry.box.size_mm.*, geometry.shapes.<name>.<primitive>.<size>, geometry.fibres.*
+/// (smooth_union and shell: geometry.shapes.<name>.smoothing_mm, .thickness_mm).
 /// Throws std::invalid_argument naming the shape that does not exist, is named twice or stands after its use.
 void declare_geometry(Scene& scene);
 

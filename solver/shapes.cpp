@@ -35,7 +35,10 @@ std::string kind_name(Kind kind) {
 
 bool is_primitive(Kind kind) { return kind <= Kind::half_space; }
 
-std::string prefix(const Shape& shape) { return "geometry.shapes." + shape.name + "." + kind_name(shape.kind) + "."; }
+/// Of the sizes' paths. An operation's size stands beside it: blend: {smooth_union: [a, b], smoothing_mm: 6}.
+std::string prefix(const Shape& shape) {
+  return "geometry.shapes." + shape.name + "." + (is_primitive(shape.kind) ? kind_name(shape.kind) + "." : "");
+}
 
 const Shape& find(const Scene& scene, const std::string& name) {
   const auto it = std::find_if(scene.shapes.begin(), scene.shapes.end(), [&](const Shape& s) { return s.name == name; });
@@ -110,7 +113,7 @@ std::string distance_source(const Scene& scene, const Shape& shape) {
   const std::string about_centre = is_primitive(shape.kind) && shape.kind != Kind::capsule && shape.kind != Kind::half_space ? "p - " + v("centre_mm") : "";
   switch (shape.kind) {
     case Kind::box: return "sd_box(" + about_centre + ", R(0.5) * " + v("size_mm") + ")";
-    case Kind::ellipsoid: return "sd_ellipsoid(" + about_centre + ", " + v("radius_mm") + ")";
+    case Kind::ellipsoid: return "sd_ellipsoid(" + about_centre + ", " + v("semi_axes_mm") + ")";
     case Kind::cylinder: return "sd_cylinder(" + about_centre + ", " + axis(scene, shape, "axis") + ", " + s("radius_mm") + ", " + s("height_mm") + ")";
     case Kind::cone:
       return "sd_cone(" + about_centre + ", " + axis(scene, shape, "axis") + ", " + s("lower_radius_mm") + ", " + s("upper_radius_mm") + ", " + s("height_mm") + ")";
@@ -192,7 +195,7 @@ Extent extent(const Scene& scene, const Shape& shape, std::span<const double> va
       const auto edges = size.vector("size_mm");
       return about(size.vector("centre_mm"), {0.5 * edges[0], 0.5 * edges[1], 0.5 * edges[2]});
     }
-    case Kind::ellipsoid: return about(size.vector("centre_mm"), size.vector("radius_mm"));
+    case Kind::ellipsoid: return about(size.vector("centre_mm"), size.vector("semi_axes_mm"));
     case Kind::cylinder: return cone_box(size.vector("centre_mm"), size.vector("axis"), size("radius_mm"), size("radius_mm"), size("height_mm"));
     case Kind::cone: return cone_box(size.vector("centre_mm"), size.vector("axis"), size("lower_radius_mm"), size("upper_radius_mm"), size("height_mm"));
     case Kind::capsule: {
@@ -242,7 +245,7 @@ void declare_shapes(Scene& scene) {
         break;
       case Kind::ellipsoid:
         lengths("centre_mm", 0, 0, 0, anywhere, "centre");
-        lengths("radius_mm", 10, 10, 10, smallest, "semi-axis");
+        lengths("semi_axes_mm", 10, 10, 10, smallest, "semi-axis");
         break;
       case Kind::cylinder:
         lengths("centre_mm", 0, 0, 0, anywhere, "centre");

@@ -96,7 +96,7 @@ scene:
     shapes:
       outer: {ellipsoid: {centre_mm: [0, 0, 1]}}
       inner: {ellipsoid: {}}
-      blend: {smooth_union: [outer, inner], radius_mm: 6}
+      blend: {smooth_union: [outer, inner], smoothing_mm: 6}
       wall: {subtract: [blend, inner]}
     regions:
       muscle: {shape: wall, fibres: transmural}
@@ -112,7 +112,7 @@ outputs: {activation: {}}
   EXPECT_EQ(campaign.scene.regions[0].fibres, cohort::Region::Fibres::transmural);
   EXPECT_FALSE(campaign.scene.regions[1].excitable);
   EXPECT_EQ(value(campaign, "geometry.shapes.outer.ellipsoid.centre_mm.z"), 1);
-  EXPECT_EQ(value(campaign, "geometry.shapes.blend.radius_mm"), 6);
+  EXPECT_EQ(value(campaign, "geometry.shapes.blend.smoothing_mm"), 6);
 }
 
 TEST(Config, LeavesInheritedParametersUnset) {

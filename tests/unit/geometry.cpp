@@ -91,7 +91,7 @@ TEST(Shapes, VolumesOfPrimitivesAreExact) {
     return sample(scene, with(scene, sizes), 0.25).volume_mL(0);
   };
   EXPECT_NEAR(volume(Kind::box, "box", {{"size_mm.x", 7.1}, {"size_mm.y", 3.3}, {"centre_mm.x", 0.07}}), 7.1 * 3.3 * 10 / 1000, 0.01 * 0.2343);
-  EXPECT_NEAR(volume(Kind::ellipsoid, "ellipsoid", {{"radius_mm.x", 4}, {"radius_mm.y", 6}, {"centre_mm.z", 0.1}}), 4. / 3 * pi * 0.24, 1e-3 * 1.005);
+  EXPECT_NEAR(volume(Kind::ellipsoid, "ellipsoid", {{"semi_axes_mm.x", 4}, {"semi_axes_mm.y", 6}, {"centre_mm.z", 0.1}}), 4. / 3 * pi * 0.24, 1e-3 * 1.005);
   EXPECT_NEAR(volume(Kind::cylinder, "cylinder", {{"radius_mm", 4}, {"axis.x", 0.6}, {"axis.z", 0.8}}), pi * 0.16, 2e-3 * 0.5027);
   EXPECT_NEAR(volume(Kind::cone, "cone", {{"axis.y", 0.3}}), pi * 10 / 3 * (25 + 10 + 4) / 1000, 2e-3 * 0.408);
   EXPECT_NEAR(volume(Kind::capsule, "capsule", {{"to_mm.x", 5}}), (pi * 25 * std::sqrt(125.) + 4. / 3 * pi * 125) / 1000, 1e-3 * 1.4);
@@ -100,7 +100,7 @@ TEST(Shapes, VolumesOfPrimitivesAreExact) {
 // Wall of a sphere, 1.4 mm thick, on grids coarser and finer than the wall.
 TEST(Shapes, VolumeOfAShellConvergesWithSecondOrder) {
   const Scene scene = shapes({{"ball", Kind::ellipsoid, {}}, {"wall", Kind::shell, {"ball"}}}, {{.name = "tissue", .shape = "wall"}});
-  const std::vector<double> values = with(scene, {{"wall.shell.thickness_mm", 1.4}, {"ball.ellipsoid.centre_mm.x", 0.13}, {"ball.ellipsoid.centre_mm.y", 0.29}});
+  const std::vector<double> values = with(scene, {{"wall.thickness_mm", 1.4}, {"ball.ellipsoid.centre_mm.x", 0.13}, {"ball.ellipsoid.centre_mm.y", 0.29}});
   const double exact = 4. / 3 * pi * (std::pow(10.7, 3) - std::pow(9.3, 3)) / 1000;
   const auto error = [&](double dx) { return std::abs(sample(scene, values, dx).volume_mL(0) / exact - 1); };
   EXPECT_LT(error(2), 0.02);
@@ -114,8 +114,8 @@ TEST(Shapes, RegionsThatMeetLeaveNoGapAndRegionsThatOverlapCountOnce) {
                              {{.name = "scar", .shape = "scar", .excitable = false}, {.name = "left", .shape = "left"}, {.name = "right", .shape = "right"}});
   // Boxes of 10 mm meet at x = 5.5, in the middle of cells; the ball reaches out of the right one.
   const std::vector<double> values = with(scene, {{"left.box.centre_mm.x", 0.5}, {"right.box.centre_mm.x", 10.5},
-                                                  {"ball.ellipsoid.centre_mm.x", 15.5}, {"ball.ellipsoid.radius_mm.x", 4},
-                                                  {"ball.ellipsoid.radius_mm.y", 4}, {"ball.ellipsoid.radius_mm.z", 4}});
+                                                  {"ball.ellipsoid.centre_mm.x", 15.5}, {"ball.ellipsoid.semi_axes_mm.x", 4},
+                                                  {"ball.ellipsoid.semi_axes_mm.y", 4}, {"ball.ellipsoid.semi_axes_mm.z", 4}});
   const Cells cells = sample(scene, values, 1);
   EXPECT_NEAR(cells.volume_mL(0) + cells.volume_mL(1) + cells.volume_mL(2), 2, 1e-4);
   EXPECT_NEAR(cells.volume_mL(0), 2. / 3 * pi * 0.064, 0.03 * 0.134);
@@ -131,7 +131,7 @@ TEST(Shapes, TransmuralFibresTurnFromInnerToOuterSurface) {
   const Scene scene = shapes({{"outer", Kind::ellipsoid, {}}, {"inner", Kind::ellipsoid, {}}, {"below", Kind::half_space, {}},
                               {"wall", Kind::subtract, {"outer", "inner"}}, {"ventricle", Kind::intersection, {"wall", "below"}}},
                              {{.name = "tissue", .shape = "ventricle", .excitable = true, .fibres = Region::Fibres::transmural}});
-  const std::vector<double> values = with(scene, {{"inner.ellipsoid.radius_mm.x", 5}, {"inner.ellipsoid.radius_mm.y", 5}, {"inner.ellipsoid.radius_mm.z", 5}});
+  const std::vector<double> values = with(scene, {{"inner.ellipsoid.semi_axes_mm.x", 5}, {"inner.ellipsoid.semi_axes_mm.y", 5}, {"inner.ellipsoid.semi_axes_mm.z", 5}});
   const Extent extent = geometry_extent(scene, values);
   EXPECT_EQ(extent.upper[2], 0);
   EXPECT_EQ(extent.lower[2], -10);
