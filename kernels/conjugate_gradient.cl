@@ -38,9 +38,9 @@ accumulator total(global const accumulator *partial, int which, local accumulato
   for (int n = lane; n < CHUNKS; n += GROUP) sum += partial[n];
 #if GROUP > 1
   scratch[lane] = sum;
-  for (int half = GROUP / 2; half > 0; half /= 2) {
+  for (int lanes = GROUP / 2; lanes > 0; lanes /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lane < half) scratch[lane] += scratch[lane + half];
+    if (lane < lanes) scratch[lane] += scratch[lane + lanes];
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   sum = scratch[0];

@@ -13,6 +13,7 @@ constexpr int coarsest_sweeps = 16;  // damps the slowest mode of eight cells by
 constexpr double drift = 10;          // of the true residual over the carried one, from rounding of x in single precision
 constexpr int scalars_per_field = 7, partial_sums = 2, rr_index = 5, bb_index = 6;  // as in conjugate_gradient.cl
 constexpr int gpu_chunks = 8192, gpu_group = 256, cpu_chunks = 64;
+constexpr int gpu_sum_group = 128, cells_per_gpu_chunk = 16;  // small grids take fewer chunks
 
 std::vector<std::array<int, 3>> level_cells(std::array<int, 3> cells) {
   std::vector<std::array<int, 3>> levels = {cells};
@@ -47,7 +48,10 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
       fields_(fields),
       double_(double_precision),
       accumulate_double_(device.info().handle.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") != std::string::npos),
-      chunks_(device.info().gpu ? gpu_chunks : cpu_chunks),
+      chunks_(device.info().gpu
+                  ? static_cast<int>(std::min<std::size_t>(
+                        gpu_chunks, round_up(static_cast<int>(padded(cells) / cells_per_gpu_chunk), gpu_sum_group)))
+                  : cpu_chunks),
       group_(device.info().gpu ? gpu_group : 1) {
   std::vector<std::string> definitions = {"COARSEST_SWEEPS=" + std::to_string(coarsest_sweeps),
                                           "CHUNKS=" + std::to_string(chunks_), "GROUP=" + std::to_string(group_)};
@@ -159,7 +163,7 @@ EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, double 
   const int cells = static_cast<int>(finest.field_cells());
   const std::size_t real = double_ ? sizeof(double) : sizeof(float), fields = static_cast<std::size_t>(fields_);
   const cl::NDRange sums(static_cast<std::size_t>(chunks_), fields), totals(static_cast<std::size_t>(group_) * fields);
-  const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(128, 1) : cl::NDRange(1, 1);
+  const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(gpu_sum_group, 1) : cl::NDRange(1, 1);
   const cl::NDRange totals_local(static_cast<std::size_t>(group_));
 
   device_.queue().enqueueFillBuffer(x, cl_uchar{0}, 0, fields * finest.field_cells() * real);
