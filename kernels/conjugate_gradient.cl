@@ -1,7 +1,7 @@
-// Preconditioned conjugate gradients (Hestenes & Stiefel 1952; Saad, Iterative Methods, alg. 9.1) for all right-hand
-// sides at once, on the singular operator of elliptic.clh: the constant is kept out of b and of the search directions.
-// alpha, beta and the sums stay on the device. Each sum is taken in a fixed order: CHUNKS partial sums a field, then
-// those by one work-group.
+// Preconditioned conjugate gradients (Hestenes & Stiefel 1952; Saad, Iterative Methods, alg. 9.1) for all
+// right-hand sides at once, on the singular operator of elliptic.clh: the constant is kept out of b and of
+// the search directions. alpha, beta and the sums stay on the device. Each sum is taken in a fixed order:
+// CHUNKS partial sums a field, then those by one work-group.
 //
 // -D CHUNKS=n   partial sums of a field
 // -D GROUP=n    work-items of the group that adds them: 1 on CPUs, a power of two on GPUs
