@@ -82,7 +82,17 @@ void read_shape(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
                                         [&](const ShapeWord& shape) { return chosen->key == shape.word; });
   Shape shape{entry.key, word.kind, {}};
   if (word.most_operands > 0) {
-    const auto operands = read_texts(chosen->value, chosen->value.path, mistakes);
+    Node* operands_node = &chosen->value;
+    if (chosen->value.kind == Node::Kind::map) {
+      // An operation with a size of its own: {smooth_union: {of: [a, b], smoothing_mm: 4}}.
+      operands_node = take(chosen->value, "of");
+      if (!operands_node) {
+        node.read = true;
+        mistakes.add(chosen->place, fmt::format("\"of\" is missing in {}: the shapes it works on", chosen->value.path));
+        return;
+      }
+    }
+    const auto operands = read_texts(*operands_node, operands_node->path, mistakes);
     if (!operands) {
       node.read = true;
       return;
@@ -95,7 +105,7 @@ void read_shape(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
     const std::vector<std::string> before = names_of(scene.shapes);
     for (const std::string& operand : *operands)
       if (std::find(before.begin(), before.end(), operand) == before.end())
-        mistakes.add(chosen->value.place,
+        mistakes.add(operands_node->place,
                      fmt::format("{} needs the shape \"{}\", which is not defined above it{}", node.path,
                                  operand, suggestion(operand, before)));
   }
