@@ -37,21 +37,22 @@ void Diffusion::reserve(const Tissue& tissue) {
 }
 
 void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
-                         bool membrane, const cl::Buffer& stencil) {
+                         Use use, const cl::Buffer& stencil) {
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double dx = tissue.grid().dx_mm;
   launcher_(tensor_, cl::NDRange(n), cl::NullRange, 9 * static_cast<double>(n * real_bytes(precision_)), parameters,
             tissue.member_of, tissue.region, tissue.fibre, conductivity_, tissue.stride, offset,
-            Real{scale / (dx * dx)}, membrane ? 1 : 0);
-  assemble_tensors(tissue, conductivity_, stencil);
+            Real{scale / (dx * dx)}, use == Use::monodomain ? 1 : 0);
+  assemble_tensors(tissue, conductivity_, use, stencil);
 }
 
-void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, const cl::Buffer& stencil) {
+void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, Use use, const cl::Buffer& stencil) {
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
   launcher_(assemble_, cl::NDRange(n), cl::NullRange, 13 * static_cast<double>(n * real_bytes(precision_)),
-            tissue.first_cell, tissue.place, tissue.capacity, tensors, stencil, tissue.stride);
+            tissue.first_cell, tissue.place, tissue.capacity, tensors, stencil, tissue.stride,
+            use == Use::ecg_source ? 1 : 0, static_cast<int>(tissue.places.size()) * Tissue::lanes);
 }
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {

@@ -39,7 +39,7 @@ void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl:
   }
   // sigma_i / dx^2 times the volume dx^3 of a cell.
   const double dx = tissue.grid().dx_mm;
-  diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, false, stencil_);
+  diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, Diffusion::Use::ecg_source, stencil_);
 
   for (size_t m = 0; m < members.size(); ++m) {
     launcher_.queue().finish();  // the torso's solver has a queue of its own while this one profiles

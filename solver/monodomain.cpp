@@ -118,7 +118,7 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     fields_allocated_ = fields_;
     derived_fields_ = device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
-  diffusion.assemble(tissue, parameters, 0, 1.0, true, stencil_);
+  diffusion.assemble(tissue, parameters, 0, 1.0, Diffusion::Use::monodomain, stencil_);
   diffusion_limit_ms_.clear();
   for (const double largest : diffusion.bound(tissue, stencil_))
     diffusion_limit_ms_.push_back(largest > 0 ? 2 / largest : std::numeric_limits<double>::infinity());

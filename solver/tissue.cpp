@@ -173,7 +173,8 @@ void Tissue::build(const cl::Buffer& parameters, int members) {
   const double size = static_cast<double>(n);
   launcher_(gather_, cl::NDRange(n), cl::NullRange, size * (6.5 + 2.0 * static_cast<double>(real_bytes(precision_))),
             grid_region_, grid_fraction_, first_cell, region, capacity, inverse_capacity);
-  launcher_(link_, cl::NDRange(n / lanes), cl::NullRange, size / lanes * 68, first_cell, place, neighbours);
+  launcher_(link_, cl::NDRange(n / lanes), cl::NullRange, size / lanes * 68, first_cell, place, neighbours,
+            static_cast<int>(cells));
   regions.resize(n);
   queue.enqueueReadBuffer(region, CL_TRUE, 0, n, regions.data());
 

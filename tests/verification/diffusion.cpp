@@ -65,7 +65,7 @@ struct Medium : Slab {
     write(tissue->inverse_capacity, inverse);
     const cl::Buffer buffer = device().allocate(tensors.size() * real_bytes(precision));
     write(buffer, tensors);
-    diffusion->assemble_tensors(*tissue, buffer, monodomain->stencil());
+    diffusion->assemble_tensors(*tissue, buffer, Diffusion::Use::monodomain, monodomain->stencil());
     monodomain->initialise(*tissue, parameters, 2.0, 1);  // half a step of diffusion is then I + L
   }
   // L u of a field (stride).

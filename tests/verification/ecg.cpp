@@ -87,8 +87,9 @@ struct Ball {
         const double V = slope * (grid.origin_mm[axis] + grid.dx_mm * (index[axis] + 0.5));
         for (size_t q = 0; q < lead.size(); ++q) lead[q] += w[q * static_cast<size_t>(tissue.stride) + i] * V;
       }
-      Point p{};  // dipole moment in the torso's frame, uA mm
-      for (size_t row = 0; row < 3; ++row) p[row] = -sigma_i * slope * volume * pose.rotation[row * 3 + axis];
+      const double moment = -sigma_i * slope * volume;  // uA mm
+      Point direction{};                                 // in the torso's frame
+      for (size_t row = 0; row < 3; ++row) direction[row] = pose.rotation[row * 3 + axis];
       std::array<double, 9> phi{};
       for (size_t e = 0; e < 9; ++e) {
         const Point from = electrodes[e];
@@ -97,7 +98,7 @@ struct Ball {
           const Point d = {x[0] - from[0], x[1] - from[1], x[2] - from[2]};
           return 1 / (4 * std::numbers::pi * std::sqrt(sphere::dot(d, d)));
         };
-        phi[e] = sphere::along(Z, centre, p) / 0.2;
+        phi[e] = moment * sphere::along(Z, centre, direction) / 0.2;
       }
       const double wilson = (phi[0] + phi[1] + phi[2]) / 3;
       exact[0] = phi[1] - phi[0];

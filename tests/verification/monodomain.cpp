@@ -74,7 +74,7 @@ double pathmanathan_gray_error(int dimensions, double N) {
     slab.each_cell([&](std::size_t i, const auto&) { tensors[a * stride + i] = sigma[a] / (chi * Cm * h * h); });
   const cl::Buffer tensor_buffer = device().allocate(tensors.size() * sizeof(double));
   slab.write(tensor_buffer, tensors);
-  slab.diffusion->assemble_tensors(*slab.tissue, tensor_buffer, slab.monodomain->stencil());
+  slab.diffusion->assemble_tensors(*slab.tissue, tensor_buffer, Diffusion::Use::monodomain, slab.monodomain->stencil());
 
   slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
   slab.write(slab.monodomain->potential(), slab.field(F));
