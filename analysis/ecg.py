@@ -57,7 +57,7 @@ def draw_lead(axes, name, left, baseline, label_height, time_ms, ecg, bold, gain
     x = left + MM_PER_MS * (time_ms - time_ms[0])
     y = baseline + gain * ecg
     others = [numpy.column_stack([x, row]) for i, row in enumerate(y) if i != bold]
-    opacity = numpy.clip(6 / max(len(others), 1), 0.04, 0.45)
+    opacity = numpy.clip(6 / max(len(others), 1), 0.04, 0.6)
     axes.add_collection(LineCollection(others, colors=LIGHT, linewidths=0.7, alpha=opacity, zorder=2))
     axes.plot(x, y[bold], color=BOLD, linewidth=1.4, solid_joinstyle="round", zorder=3)
     axes.text(left + 0.5, baseline + label_height, name, fontsize=11, fontweight="bold", va="center", zorder=4)
@@ -68,17 +68,18 @@ def draw(leads, time_ms, ecg, bold, gain, title, note):
     index = {name: i for i, name in enumerate(leads)}
     shown = time_ms - time_ms[0] <= LONGEST_LEAD_MS
     tallest = gain * numpy.nanmax(numpy.abs(ecg))
-    row = max(4 * LARGE_SQUARE_MM, min(up_to_large_square(1.3 * tallest), 12 * LARGE_SQUARE_MM))
+    row = max(4 * LARGE_SQUARE_MM, min(up_to_large_square(1.5 * tallest), 12 * LARGE_SQUARE_MM))
+    first = up_to_large_square(max(row / 2, tallest + 2, gain * CALIBRATION_MV + 2))  # baseline of the first row, from the top
     column = max(up_to_large_square(MM_PER_MS * numpy.ptp(time_ms[shown]) + 3), 4 * LARGE_SQUARE_MM)
     left = 2 * LARGE_SQUARE_MM
     width = left + max(len(LAYOUT[0]) * column, up_to_large_square(MM_PER_MS * numpy.ptp(time_ms) + 3))
-    height = row * (len(LAYOUT) + 1)
+    height = first + row * len(LAYOUT) + up_to_large_square(row / 2)
     label_height = row / 2 - 2
 
     figure, axes = plt.subplots(figsize=(INCHES_PER_MM * (width + 4), INCHES_PER_MM * (height + 12)))
     draw_paper(axes, width, height)
     for r, names in enumerate(LAYOUT + [[RHYTHM]]):
-        baseline = height - (r + 0.5) * row
+        baseline = height - first - r * row
         draw_calibration(axes, 2, baseline, gain)
         for c, name in enumerate(names):
             if name not in index:
