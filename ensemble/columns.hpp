@@ -57,7 +57,7 @@ struct ColumnSpec {
   std::size_t element_bytes() const;
 };
 
-inline constexpr std::array<ColumnSpec, column_count> columns{{
+inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/parameters", ElementType::f8, 0, false, nullptr},
     {"/unit_parameters", ElementType::f8, 0, false, nullptr},
     {"/status", ElementType::u1, 0, false, nullptr},
@@ -92,7 +92,7 @@ inline constexpr std::array<ColumnSpec, column_count> columns{{
 }};
 
 constexpr const ColumnSpec& spec(Column column) {
-  return columns[static_cast<std::size_t>(column)];
+  return column_specs[static_cast<std::size_t>(column)];
 }
 
 inline std::size_t ColumnSpec::element_bytes() const {

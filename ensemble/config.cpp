@@ -45,13 +45,14 @@ std::string without_store(const std::string& text) {
   return result;
 }
 
-/// Declares the parameters that the structure holds; what it lacks is a mistake of the scene.
-bool declare(Scene& scene, const Place& place, Mistakes& mistakes) {
+/// Declares the parameters that the structure holds; what a `sound` structure lacks is a mistake of the
+/// scene, what one with mistakes lacks follows from those.
+bool declare(Scene& scene, bool sound, const Place& place, Mistakes& mistakes) {
   try {
     declare_parameters(scene);
     return true;
   } catch (const std::invalid_argument& error) {
-    mistakes.add(place, error.what());
+    if (sound) mistakes.add(place, error.what());
     return false;
   }
 }
@@ -59,7 +60,7 @@ bool declare(Scene& scene, const Place& place, Mistakes& mistakes) {
 /// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
 void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
   scene.ecg.emplace();
-  if (declare(scene, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
+  if (declare(scene, false, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
   torso.read = true;
 }
 
@@ -110,11 +111,13 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
     scene->name = "scene";
   }
 
+  const size_t before = mistakes.size();
   read_structure(scene, outputs, campaign.scene, mistakes);
+  const bool sound = mistakes.size() == before;
   std::string points;
   if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
     check_unused_torso(*torso, campaign.scene, mistakes);
-  const bool declared = declare(campaign.scene, scene ? scene->place : root.place, mistakes);
+  const bool declared = declare(campaign.scene, sound, scene ? scene->place : root.place, mistakes);
   if (declared) {
     if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);
     if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);

@@ -1,7 +1,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <functional>
+#include <optional>
 
 #include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
@@ -67,39 +67,59 @@ Node::Entry* exactly_one(Node& map, const std::vector<std::string>& words, Mista
   return chosen;
 }
 
+/// Reads what an operation works on: {subtract: [a, b]}, or {smooth_union: {of: [a, b], smoothing_mm: 4}}
+/// where it has a size of its own.
+std::optional<std::vector<std::string>> read_operands(Node::Entry& operation, const ShapeWord& word,
+                                                      const std::vector<Shape>& before, Mistakes& mistakes) {
+  Node* node = &operation.value;
+  if (node->kind == Node::Kind::map) {
+    node = take(operation.value, "of");
+    if (!node) {
+      mistakes.add(operation.place,
+                   fmt::format("\"of\" is missing in {}: the shapes it works on", operation.value.path));
+      return {};
+    }
+  }
+  const auto operands = read_texts(*node, node->path, mistakes);
+  if (!operands) return {};
+  const bool single = word.most_operands == 1;
+  if (operands->size() < word.least_operands || operands->size() > word.most_operands)
+    mistakes.add(operation.place, fmt::format("{} needs {}, found {}", word.word,
+                                              single ? "one shape" : "two or more shapes", operands->size()));
+  const std::vector<std::string> names = names_of(before);
+  for (const std::string& operand : *operands)
+    if (std::find(names.begin(), names.end(), operand) == names.end())
+      mistakes.add(node->place, fmt::format("{} needs the shape \"{}\", which is not defined above it{}",
+                                            operation.value.path, operand, suggestion(operand, names)));
+  return operands;
+}
+
 void read_shape(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
   Node& node = entry.value;
-  const bool good_name = check_name(entry, "a shape", mistakes);
-  if (!expect_map(node, node.path, mistakes)) return;
-  std::vector<std::string> words;
-  for (const ShapeWord& shape : shape_words) words.emplace_back(shape.word);
-  Node::Entry* chosen = exactly_one(node, words, mistakes);
-  if (!chosen || !good_name) {
+  if (!check_name(entry, "a shape", mistakes) || !expect_map(node, node.path, mistakes)) {
     node.read = true;
     return;
   }
-  const ShapeWord& word = *std::find_if(std::begin(shape_words), std::end(shape_words),
-                                        [&](const ShapeWord& shape) { return chosen->key == shape.word; });
-  Shape shape{entry.key, word.kind, {}};
-  if (word.most_operands > 0) {
-    const auto operands = read_texts(chosen->value, chosen->value.path, mistakes);
-    if (!operands) {
-      node.read = true;
-      return;
-    }
-    shape.operands = *operands;
-    if (operands->size() < word.least_operands || operands->size() > word.most_operands)
-      mistakes.add(chosen->place, fmt::format("{} needs {} shape{}, found {}", word.word,
-                                              word.most_operands == 1 ? "one" : "two or more",
-                                              word.most_operands == 1 ? "" : "s", operands->size()));
-    const std::vector<std::string> before = names_of(scene.shapes);
-    for (const std::string& operand : *operands)
-      if (std::find(before.begin(), before.end(), operand) == before.end())
-        mistakes.add(chosen->value.place,
-                     fmt::format("{} needs the shape \"{}\", which is not defined above it{}", node.path,
-                                 operand, suggestion(operand, before)));
+  // A shape with a mistake keeps its name, so that what refers to it is no further mistake.
+  Shape& shape = scene.shapes.emplace_back(Shape{entry.key, Shape::Kind::box, {}});
+  std::vector<std::string> words;
+  for (const ShapeWord& word : shape_words) words.emplace_back(word.word);
+  Node::Entry* chosen = exactly_one(node, words, mistakes);
+  if (!chosen) {
+    node.read = true;
+    return;
   }
-  scene.shapes.push_back(std::move(shape));
+  const ShapeWord& word =
+      *std::find_if(std::begin(shape_words), std::end(shape_words),
+                    [&](const ShapeWord& candidate) { return chosen->key == candidate.word; });
+  shape.kind = word.kind;
+  if (word.most_operands == 0) return;
+  const std::vector<Shape> before(scene.shapes.begin(), scene.shapes.end() - 1);
+  const auto operands = read_operands(*chosen, word, before, mistakes);
+  if (operands)
+    shape.operands = *operands;
+  else
+    node.read = true;
 }
 
 void read_region(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {

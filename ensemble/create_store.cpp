@@ -165,7 +165,7 @@ void write_root(hid_t file, const Schema& schema) {
   hdf5::write_attribute(file, "created", now());
   // What may differ between two runs of one campaign: datasets by path, attributes of the root after an @.
   std::vector<std::string> run_dependent{"@created"};
-  for (const auto& column : columns)
+  for (const auto& column : column_specs)
     if (column.run_dependent) run_dependent.push_back(column.path);
   hdf5::write_attribute(file, "run_dependent", run_dependent);
 }
@@ -258,7 +258,7 @@ void remove_stale_temporaries(const fs::path& store) {
 std::size_t data_bytes(const Schema& schema) {
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < column_count; ++i)
-    bytes += elements(shape(static_cast<Column>(i), schema)) * columns[i].element_bytes() + page_bytes;
+    bytes += elements(shape(static_cast<Column>(i), schema)) * column_specs[i].element_bytes() + page_bytes;
   return bytes;
 }
 

@@ -24,6 +24,7 @@ class Mistakes {
  public:
   void add(const Place& place, std::string message) { mistakes_.push_back({place, std::move(message)}); }
   bool empty() const { return mistakes_.empty(); }
+  size_t size() const { return mistakes_.size(); }
   /// "file:line:column: message", in the order of the file, those of --set last.
   std::vector<std::string> lines() const;
 

@@ -121,18 +121,18 @@ Store::Store(const std::filesystem::path& path, Access access) : path_(path) {
     sha256_ = hdf5::read_text(file, "sha256");
     campaign_ = hdf5::read_text(file, "campaign");
     for (std::size_t i = 0; i < column_count; ++i) {
-      const auto* dataset_path = columns[i].path;
+      const auto* dataset_path = column_specs[i].path;
       if (H5Lexists(file, dataset_path, H5P_DEFAULT) <= 0) continue;  // no ECG recorded
       const hdf5::Handle dataset(H5Dopen2(file, dataset_path, H5P_DEFAULT), H5Dclose, name);
       const hdf5::Handle space(H5Dget_space(dataset), H5Sclose, name);
       const hdf5::Handle type(H5Dget_type(dataset), H5Tclose, name);
       hsize_t sizes[3] = {};
       const int rank = H5Sget_simple_extent_ndims(space);
-      if (rank < 1 || rank > 3 || H5Tget_size(type) != columns[i].element_bytes())
+      if (rank < 1 || rank > 3 || H5Tget_size(type) != column_specs[i].element_bytes())
         throw std::runtime_error(name + ": " + dataset_path +
                                  " has another shape or type than this version of cohort writes");
       hdf5::check(H5Sget_simple_extent_dims(space, sizes, nullptr), name);
-      std::size_t row_bytes = columns[i].element_bytes();
+      std::size_t row_bytes = column_specs[i].element_bytes();
       for (int axis = 1; axis < rank; ++axis) row_bytes *= sizes[axis];
       const haddr_t offset = H5Dget_offset(dataset);
       if (offset == HADDR_UNDEF && sizes[0] * row_bytes > 0)
@@ -160,13 +160,14 @@ void Store::require(const Schema& schema) const {
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto sizes = shape(static_cast<Column>(i), schema);
     if (static_cast<Column>(i) >= Column::kernels) break;  // how many may report is the file's to say
-    std::size_t row_bytes = columns[i].element_bytes();
+    std::size_t row_bytes = column_specs[i].element_bytes();
     for (std::size_t axis = 1; axis < sizes.size(); ++axis) row_bytes *= sizes[axis];
     if (extents_[i].rows != sizes[0] || (sizes[0] > 0 && extents_[i].row_bytes != row_bytes))
-      throw std::runtime_error(fmt::format(
-          "{}: {} has {} rows of {} bytes, this version of cohort needs {} of {}; finish the "
-          "campaign with the version that began it",
-          path_.string(), columns[i].path, extents_[i].rows, extents_[i].row_bytes, sizes[0], row_bytes));
+      throw std::runtime_error(
+          fmt::format("{}: {} has {} rows of {} bytes, this version of cohort needs {} of {}; finish the "
+                      "campaign with the version that began it",
+                      path_.string(), column_specs[i].path, extents_[i].rows, extents_[i].row_bytes, sizes[0],
+                      row_bytes));
   }
 }
 

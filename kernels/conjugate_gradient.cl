@@ -1,7 +1,7 @@
-// Preconditioned conjugate gradients (Hestenes & Stiefel 1952; Saad, Iterative Methods, alg. 9.1) for all right-hand
-// sides at once, on the singular operator of elliptic.clh: the constant is kept out of b and of the search directions.
-// alpha, beta and the sums stay on the device. Each sum is taken in a fixed order: CHUNKS partial sums a field, then
-// those by one work-group.
+// Preconditioned conjugate gradients (Hestenes & Stiefel 1952; Saad, Iterative Methods, alg. 9.1) for all
+// right-hand sides at once, on the singular operator of elliptic.clh: the constant is kept out of b and of
+// the search directions. alpha, beta and the sums stay on the device. Each sum is taken in a fixed order:
+// CHUNKS partial sums a field, then those by one work-group.
 //
 // -D CHUNKS=n   partial sums of a field
 // -D GROUP=n    work-items of the group that adds them: 1 on CPUs, a power of two on GPUs
@@ -38,9 +38,9 @@ accumulator total(global const accumulator *partial, int which, local accumulato
   for (int n = lane; n < CHUNKS; n += GROUP) sum += partial[n];
 #if GROUP > 1
   scratch[lane] = sum;
-  for (int active = GROUP / 2; active > 0; active /= 2) {
+  for (int lanes = GROUP / 2; lanes > 0; lanes /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
-    if (lane < active) scratch[lane] += scratch[lane + active];
+    if (lane < lanes) scratch[lane] += scratch[lane + lanes];
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   sum = scratch[0];

@@ -1,8 +1,9 @@
-// One V-cycle for the operator of elliptic.clh: aggregation of 2x2x2 cells, piecewise constant transfer, coarse
-// conductances rediscretised from the fine faces on each coarse face, red-black Gauss-Seidel.
-// Piecewise constant transfer wants the Galerkin operator divided by two (Braess, Computing 55, 379 (1995)); half the sum
-// of the four fine conductances is just that, and equals rediscretisation. Two sweeps before (red, black) and two after
-// (black, red) keep the cycle symmetric, as conjugate gradients need (Tatebe, NASA CP-3224, 621 (1993)).
+// One V-cycle for the operator of elliptic.clh: aggregation of 2x2x2 cells, piecewise constant transfer,
+// coarse conductances rediscretised from the fine faces on each coarse face, red-black Gauss-Seidel.
+// Piecewise constant transfer wants the Galerkin operator divided by two (Braess, Computing 55, 379
+// (1995)); half the sum of the four fine conductances is just that, and equals rediscretisation. Two
+// sweeps before (red, black) and two after (black, red) keep the cycle symmetric, as conjugate gradients
+// need (Tatebe, NASA CP-3224, 621 (1993)).
 //
 // -D COARSEST_SWEEPS=n   red-black sweeps, and as many black-red ones, on the coarsest level
 #ifndef COARSEST_SWEEPS
@@ -76,8 +77,8 @@ kernel void smooth_from_zero(int nx, int ny, int nz, global const real *restrict
   x[c] = inverse_diagonal[c] * sum;
 }
 
-// Adds the coarse correction and sweeps black. Only red values enter, and the next red sweep overwrites them, so
-// the correction itself need not be stored.
+// Adds the coarse correction and sweeps black. Only red values enter, and the next red sweep overwrites
+// them, so the correction itself need not be stored.
 kernel void smooth_corrected(int nx, int ny, int nz, int coarse_nx, int coarse_ny, int coarse_nz,
                              global const real *restrict g, global const real *restrict inverse_diagonal,
                              global const real *restrict b, global const real *restrict correction,
@@ -100,8 +101,8 @@ kernel void smooth_corrected(int nx, int ny, int nz, int coarse_nx, int coarse_n
   x[c] = inverse_diagonal[c] * sum;
 }
 
-// Coarse right-hand side: the residual b - A x summed over the children. After a black sweep the black ones have none.
-// Range (coarse nx, ny, nz*fields).
+// Coarse right-hand side: the residual b - A x summed over the children. After a black sweep the black
+// ones have none. Range (coarse nx, ny, nz*fields).
 kernel void restrict_residual(int nx, int ny, int nz, int fine_nx, int fine_ny, int fine_nz,
                               global const real *restrict g, global const real *restrict b,
                               global const real *restrict x, global real *restrict coarse_b) {
@@ -122,7 +123,8 @@ kernel void restrict_residual(int nx, int ny, int nz, int fine_nx, int fine_ny, 
   coarse_b[field * s.cells + i + j * s.y + k * s.z] = sum;
 }
 
-// The coarsest level: COARSEST_SWEEPS red-black and as many black-red sweeps from x = 0, one work-group a field.
+// The coarsest level: COARSEST_SWEEPS red-black and as many black-red sweeps from x = 0, one work-group a
+// field.
 kernel void smooth_coarsest(int nx, int ny, int nz, global const real *restrict g,
                             global const real *restrict inverse_diagonal, global const real *restrict b,
                             global real *x) {

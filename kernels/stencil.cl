@@ -10,9 +10,14 @@
 // set of cells. With p, q the two diagonal differences of a plaquette, g_a g_b = (p^2 - q^2)/4: a cross term is a
 // coupling +-D_ab/2 across the diagonals, which is how diffusion.clh applies it.
 //
+// At a flat boundary a vertex has the four cells of one plaquette, at an edge the two of one face. There is no flux
+// through what is missing, so the gradient across it takes the value that makes the energy least: D gives way to its
+// Schur complement, D_ab - D_an D_bn / D_nn for a missing axis n. Without it oblique fibres at a boundary cost an order.
+// Vertices with any other set of cells (steps of a curved surface) keep plain D_aa, and the cross terms of their complete
+// plaquettes: all of them if these lie in one orientation, half of them otherwise, which is what positivity allows.
+//
 // Cells cut by the surface hold a fraction of tissue: faces weigh as the smaller fraction of their two cells, vertices as
-// the smallest of their eight. Vertices that miss cells keep the cross terms of their complete plaquettes: all of them
-// if these lie in one orientation (a flat boundary), half of them otherwise, which is what positivity allows.
+// the smallest of the cells they have.
 //
 // conductivity: (6, stride) xx yy zz xy xz yz of each cell, scaled so that the result is in 1/ms (diffusivity / dx^2).
 // stencil: (6, stride) couplings to the lower x, y, z neighbour; diagonal couplings of the lower xy, xz, yz plaquette.
@@ -20,12 +25,27 @@
 
 constant int plaquette_axes[3][2] = {{0, 1}, {0, 2}, {1, 2}};  // xy, xz, yz
 
+constant int cross_of[3][3] = {{-1, 3, 4}, {3, -1, 5}, {4, 5, -1}};  // where D_ab stands behind xx yy zz
+
 typedef struct {
-  real weight;      // smallest fraction of the eight cells; 0 when one is missing
-  real normal[3];   // mean D_xx, D_yy, D_zz; of full vertices
-  real cross[3];    // mean D_xy, D_xz, D_yz; of full vertices
-  int oriented;     // bit o: a complete plaquette of orientation o
+  real weight;      // smallest fraction of its cells; 0 where they are neither all eight, nor a plaquette, nor a face's two
+  real tensor[6];   // their mean, reduced by what is missing: xx yy zz xy xz yz; with weight > 0
+  int oriented;     // bit o: a complete plaquette of orientation o; with weight 0
 } Vertex;
+
+// What is left of a tensor where there is no flux along axis n.
+void reduce_tensor(real *D, int n) {
+  if (!(D[n] > 0)) return;
+  for (int a = 0; a < 3; ++a) {
+    if (a == n) continue;
+    const real ratio = D[cross_of[a][n]] / D[n];
+    for (int b = a; b < 3; ++b)
+      if (b != n) D[a == b ? a : cross_of[a][b]] -= ratio * D[cross_of[b][n]];
+  }
+  D[n] = 0;
+  for (int a = 0; a < 3; ++a)
+    if (a != n) D[cross_of[a][n]] = 0;
+}
 
 // Compact place of the neighbour (dx, dy, dz) of grid cell `cell` (counted over members), exact also where the
 // neighbour lies in another segment; in the void segment where it is no tissue.
@@ -38,27 +58,37 @@ inline int place_of(global const int *place, int cell, int dx, int dy, int dz) {
 Vertex vertex_at(global const int *place, int cell, int cx, int cy, int cz, global const real *capacity,
                  global const real *conductivity, int stride) {
   Vertex v;
-  int cells[8];
+  int cells[8], present = 0, count = 0;
   v.weight = 1;
   v.oriented = 0;
   for (int k = 0; k < 8; ++k) {
     cells[k] = place_of(place, cell, cx - 1 + (k & 1), cy - 1 + (k >> 1 & 1), cz - 1 + (k >> 2));
-    v.weight = fmin(v.weight, capacity[cells[k]]);
+    const real share = capacity[cells[k]];
+    if (!(share > 0)) continue;
+    present |= 1 << k;
+    ++count;
+    v.weight = fmin(v.weight, share);
   }
-  for (int c = 0; c < 3; ++c) v.normal[c] = v.cross[c] = 0;
-  if (v.weight > 0) {
+  // Axes along which all present cells lie on one side: lower (bit of the axis clear) or upper.
+  const int upper[3] = {0xAA, 0xCC, 0xF0};
+  int missing = 0;
+  for (int a = 0; a < 3; ++a)
+    if ((present & upper[a]) == 0 || (present & upper[a]) == present) missing |= 1 << a;
+  const int axes = 3 - (missing & 1) - (missing >> 1 & 1) - (missing >> 2);
+  if (count == 1 << axes && axes > 0) {
+    for (int c = 0; c < 6; ++c) v.tensor[c] = 0;
     for (int k = 0; k < 8; ++k)
-      for (int c = 0; c < 3; ++c) {
-        v.normal[c] += R(0.125) * conductivity[cells[k] + c * (size_t)stride];
-        v.cross[c] += R(0.125) * conductivity[cells[k] + (3 + c) * (size_t)stride];
-      }
+      if (present >> k & 1)
+        for (int c = 0; c < 6; ++c) v.tensor[c] += conductivity[cells[k] + c * (size_t)stride] / count;
+    for (int a = 0; a < 3; ++a)
+      if (missing >> a & 1) reduce_tensor(v.tensor, a);
   } else {
+    v.weight = 0;
     for (int o = 0; o < 3; ++o) {
       const int a = 1 << plaquette_axes[o][0], b = 1 << plaquette_axes[o][1], n = 7 - a - b;
       for (int side = 0; side <= n; side += n) {
-        const real least = fmin(fmin(capacity[cells[side]], capacity[cells[side + a]]),
-                                fmin(capacity[cells[side + b]], capacity[cells[side + a + b]]));
-        if (least > 0) v.oriented |= 1 << o;
+        const int plaquette = 1 << side | 1 << (side + a) | 1 << (side + b) | 1 << (side + a + b);
+        if ((present & plaquette) == plaquette) v.oriented |= 1 << o;
       }
     }
   }
@@ -77,16 +107,13 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
       const int lower = place_of(place, cell, a == 0 ? -1 : 0, a == 1 ? -1 : 0, a == 2 ? -1 : 0);
       const real face = fmin(capacity[i], capacity[lower]);
       if (!(face > 0)) continue;
-      real of_vertices = 0;
+      const real normal = R(0.5) * (conductivity[i + a * (size_t)stride] + conductivity[lower + a * (size_t)stride]);
       for (int k = 0; k < 4; ++k) {
         const int u = k & 1, w = k >> 1;
         const Vertex v = vertex_at(place, cell, a == 0 ? 0 : u, a == 1 ? 0 : (a == 0 ? u : w), a == 2 ? 0 : w, capacity,
                                    conductivity, stride);
-        coupling[a] += R(0.25) * v.weight * v.normal[a];
-        of_vertices += R(0.25) * v.weight;
+        coupling[a] += R(0.25) * (v.weight > 0 ? v.weight * v.tensor[a] + (face - v.weight) * normal : face * normal);
       }
-      const real normal = R(0.5) * (conductivity[i + a * (size_t)stride] + conductivity[lower + a * (size_t)stride]);
-      coupling[a] += fmax(face - of_vertices, R(0.0)) * normal;
     }
     // Lower plaquettes: the two vertices of each.
     for (int o = 0; o < 3; ++o) {
@@ -103,7 +130,7 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
         const Vertex v = vertex_at(place, cell, o == 2 ? side : 0, o == 1 ? side : 0, o == 0 ? side : 0, capacity,
                                    conductivity, stride);
         const bool alone = (v.oriented & (v.oriented - 1)) == 0;
-        coupling[3 + o] += R(0.5) * (v.weight > 0 ? v.weight * v.cross[o] : (alone ? R(1.0) : R(0.5)) * least * mean);
+        coupling[3 + o] += R(0.5) * (v.weight > 0 ? v.weight * v.tensor[3 + o] : (alone ? R(1.0) : R(0.5)) * least * mean);
       }
       coupling[3 + o] *= R(0.5);  // across the diagonals
     }

@@ -1,10 +1,11 @@
-// The torso on its grid: level set, face conductances of cut cells, unit currents at the electrodes, continuation of the
-// potentials beyond the skin. Indexing: elliptic.clh.
-// The flux through a cut face is the part of its area inside times the difference of the two cells' values (Purvis &
-// Burkhalter, AIAA J. 17, 526 (1979); Ng, Min & Gibou, J. Comput. Phys. 228, 8807 (2009), eq. 10): symmetric, and of second
-// order with an insulated boundary.
+// The torso on its grid: level set, face conductances of cut cells, unit currents at the electrodes,
+// continuation of the potentials beyond the skin. Indexing: elliptic.clh.
+// The flux through a cut face is the part of its area inside times the difference of the two cells' values
+// (Purvis & Burkhalter, AIAA J. 17, 526 (1979); Ng, Min & Gibou, J. Comput. Phys. 228, 8807 (2009)):
+// symmetric, and of second order with an insulated boundary.
 //
-// -D TORSO_BOX, TORSO_ELLIPSOID or TORSO_CYLINDER   the shape (cylinder: vertical, superelliptic cross-section)
+// -D TORSO_BOX, TORSO_ELLIPSOID or TORSO_CYLINDER   the shape (cylinder: vertical, superelliptic
+// cross-section)
 #if !defined(TORSO_BOX) && !defined(TORSO_ELLIPSOID) && !defined(TORSO_CYLINDER)
 #error "torso.cl needs -D TORSO_BOX, TORSO_ELLIPSOID or TORSO_CYLINDER"
 #endif
@@ -66,11 +67,12 @@ kernel void torso_conductance(int nx, int ny, int nz, real dx, global const real
   g[c + 2 * s.cells] = k > 0 ? dx * square_fraction(v000, v100, v110, v010) : 0;
 }
 
-// A unit current at each electrode, spread over the conducting cells around it by the moving least squares weights
-// w_i = theta_i (l0 + l . (x_i - x_e)): sum w_i = 1 and sum w_i x_i = x_e exactly, also on the skin, where all cells lie
-// to one side. The same weights read a potential at an electrode (Lancaster & Salkauskas, Math. Comp. 37, 141 (1981)).
-// One work-item an electrode. place: (electrodes, 3), in cells, the centre of cell (i, j, k) at (i, j, k). b: zeroed before.
-// weights: (electrodes, 4, 4, 4), first: (electrodes, 3): those weights and the cell of the first of them.
+// A unit current at each electrode, spread over the conducting cells around it by the moving least squares
+// weights w_i = theta_i (l0 + l . (x_i - x_e)): sum w_i = 1 and sum w_i x_i = x_e exactly, also on the
+// skin, where all cells lie to one side. The same weights read a potential at an electrode (Lancaster &
+// Salkauskas, Math. Comp. 37, 141 (1981)). One work-item an electrode. place: (electrodes, 3), in cells,
+// the centre of cell (i, j, k) at (i, j, k). b: zeroed before. weights: (electrodes, 4, 4, 4), first:
+// (electrodes, 3): those weights and the cell of the first of them.
 kernel void electrode_currents(int nx, int ny, int nz, real dx, global const real *restrict g,
                                global const real *restrict place, global real *restrict b,
                                global real *restrict weights, global int *restrict first) {
@@ -124,9 +126,9 @@ kernel void electrode_currents(int nx, int ny, int nz, real dx, global const rea
   }
 }
 
-// Continues x into the cells outside that lie within two cells of conducting ones, by their mean weighted with the
-// inverse squared distance: the skin is insulated, so nothing changes across it to first order. Range (nx+2, ny+2,
-// (nz+2)*fields), ghosts included.
+// Continues x into the cells outside that lie within two cells of conducting ones, by their mean weighted
+// with the inverse squared distance: the skin is insulated, so nothing changes across it to first order.
+// Range (nx+2, ny+2, (nz+2)*fields), ghosts included.
 kernel void continue_outside(int nx, int ny, int nz, global const real *restrict inverse_diagonal, global real *x) {
   const int i = get_global_id(0), j = get_global_id(1), k = get_global_id(2) % (nz + 2);
   const int field = get_global_id(2) / (nz + 2);

@@ -10,9 +10,12 @@ namespace {
 
 constexpr int coarsest_extent = 8;   // cells along an axis below which a level is not coarsened
 constexpr int coarsest_sweeps = 16;  // damps the slowest mode of eight cells by 0.85^32
-constexpr double drift = 10;          // of the true residual over the carried one, from rounding of x in single precision
-constexpr int scalars_per_field = 7, partial_sums = 2, rr_index = 5, bb_index = 6;  // as in conjugate_gradient.cl
+constexpr double drift =
+    10;  // of the true residual over the carried one, from rounding of x in single precision
+constexpr int scalars_per_field = 7, partial_sums = 2, rr_index = 5,
+              bb_index = 6;  // as in conjugate_gradient.cl
 constexpr int gpu_chunks = 8192, gpu_group = 256, cpu_chunks = 64;
+constexpr int gpu_sum_group = 128, cells_per_gpu_chunk = 16;  // small grids take fewer chunks
 
 std::vector<std::array<int, 3>> level_cells(std::array<int, 3> cells) {
   std::vector<std::array<int, 3>> levels = {cells};
@@ -29,14 +32,19 @@ std::size_t padded(std::array<int, 3> cells) {
   return count;
 }
 
-std::size_t round_up(int n, std::size_t unit) { return (static_cast<std::size_t>(n) + unit - 1) / unit * unit; }
+std::size_t round_up(int n, std::size_t unit) {
+  return (static_cast<std::size_t>(n) + unit - 1) / unit * unit;
+}
 
 }  // namespace
 
-std::size_t EllipticSolver::Level::field_cells() const { return padded(cells); }
+std::size_t EllipticSolver::Level::field_cells() const {
+  return padded(cells);
+}
 
 std::size_t EllipticSolver::bytes(std::array<int, 3> cells, int fields, bool double_precision) {
-  const std::size_t real = double_precision ? sizeof(double) : sizeof(float), count = static_cast<std::size_t>(fields);
+  const std::size_t real = double_precision ? sizeof(double) : sizeof(float),
+                    count = static_cast<std::size_t>(fields);
   std::size_t reals = 3 * count * padded(cells);  // p, p_before, q
   for (const auto& level : level_cells(cells)) reals += (4 + 2 * count) * padded(level);
   return reals * real + count * sizeof(double) * (partial_sums * gpu_chunks + scalars_per_field);
@@ -46,16 +54,23 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
     : device_(device),
       fields_(fields),
       double_(double_precision),
-      accumulate_double_(device.info().handle.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") != std::string::npos),
-      chunks_(device.info().gpu ? gpu_chunks : cpu_chunks),
+      accumulate_double_(device.info().handle.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") !=
+                         std::string::npos),
+      chunks_(device.info().gpu
+                  ? static_cast<int>(std::min<std::size_t>(
+                        gpu_chunks,
+                        round_up(static_cast<int>(padded(cells) / cells_per_gpu_chunk), gpu_sum_group)))
+                  : cpu_chunks),
       group_(device.info().gpu ? gpu_group : 1) {
   std::vector<std::string> definitions = {"COARSEST_SWEEPS=" + std::to_string(coarsest_sweeps),
-                                          "CHUNKS=" + std::to_string(chunks_), "GROUP=" + std::to_string(group_)};
+                                          "CHUNKS=" + std::to_string(chunks_),
+                                          "GROUP=" + std::to_string(group_)};
   if (double_) definitions.push_back("DOUBLE");
   if (accumulate_double_) definitions.push_back("ACCUMULATE_DOUBLE");
   program_ = device_.build({"elliptic.clh", "multigrid.cl", "conjugate_gradient.cl"}, definitions);
 
-  const std::size_t real = double_ ? sizeof(double) : sizeof(float), count = static_cast<std::size_t>(fields_);
+  const std::size_t real = double_ ? sizeof(double) : sizeof(float),
+                    count = static_cast<std::size_t>(fields_);
   const auto zeros = [&](std::size_t reals) {
     cl::Buffer buffer = device_.allocate(reals * real);
     device_.queue().enqueueFillBuffer(buffer, cl_uchar{0}, 0, reals * real);
@@ -72,8 +87,10 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
 }
 
 template <typename... Arguments>
-void EllipticSolver::launch(const char* name, cl::NDRange global, cl::NDRange local, const Arguments&... arguments) {
-  auto it = std::find_if(kernels_.begin(), kernels_.end(), [&](const auto& known) { return known.first == name; });
+void EllipticSolver::launch(const char* name, cl::NDRange global, cl::NDRange local,
+                            const Arguments&... arguments) {
+  auto it =
+      std::find_if(kernels_.begin(), kernels_.end(), [&](const auto& known) { return known.first == name; });
   if (it == kernels_.end()) it = kernels_.insert(it, {name, cl::Kernel(program_, name)});
   cl_uint index = 0;
   const auto set = [&](const auto& argument) {
@@ -89,7 +106,8 @@ void EllipticSolver::launch(const char* name, cl::NDRange global, cl::NDRange lo
 
 /// Range of a stencil kernel, rounded up to whole work-groups of 16x8 on GPUs.
 cl::NDRange EllipticSolver::global(int x, int y, int z) const {
-  if (!device_.info().gpu) return {static_cast<std::size_t>(x), static_cast<std::size_t>(y), static_cast<std::size_t>(z)};
+  if (!device_.info().gpu)
+    return {static_cast<std::size_t>(x), static_cast<std::size_t>(y), static_cast<std::size_t>(z)};
   return {round_up(x, 16), round_up(y, 8), static_cast<std::size_t>(z)};
 }
 
@@ -98,8 +116,8 @@ void EllipticSolver::prepare() {
     Level& level = levels_[l];
     const cl::NDRange range = global(level.cells[0], level.cells[1], level.cells[2]);
     if (l > 0)
-      launch("coarsen_conductance", range, local(), level.cells, levels_[l - 1].cells, levels_[l - 1].conductance,
-             level.conductance);
+      launch("coarsen_conductance", range, local(), level.cells, levels_[l - 1].cells,
+             levels_[l - 1].conductance, level.conductance);
     launch("invert_diagonal", range, local(), level.cells, level.conductance, level.inverse_diagonal);
   }
 }
@@ -111,13 +129,13 @@ void EllipticSolver::v_cycle() {
     return global((level.cells[0] + 1) / 2, level.cells[1], level.cells[2] * fields_);
   };
   const auto sweep = [&](Level& level, int colour) {
-    launch("smooth", half_range(level), local(), colour, level.cells, level.conductance, level.inverse_diagonal, level.b,
-           level.x);
+    launch("smooth", half_range(level), local(), colour, level.cells, level.conductance,
+           level.inverse_diagonal, level.b, level.x);
   };
   for (std::size_t l = 0; l + 1 < levels_.size(); ++l) {
     Level &fine = levels_[l], &coarse = levels_[l + 1];
-    launch("smooth_from_zero", half_range(fine), local(), fine.cells, fine.conductance, fine.inverse_diagonal, fine.b,
-           fine.x);
+    launch("smooth_from_zero", half_range(fine), local(), fine.cells, fine.conductance, fine.inverse_diagonal,
+           fine.b, fine.x);
     sweep(fine, red);
     sweep(fine, black);
     launch("restrict_residual", global(coarse.cells[0], coarse.cells[1], coarse.cells[2] * fields_), local(),
@@ -125,8 +143,8 @@ void EllipticSolver::v_cycle() {
   }
   const Level& coarsest = levels_.back();
   const std::size_t lanes = device_.info().gpu ? 128 : 1;
-  launch("smooth_coarsest", lanes * static_cast<std::size_t>(fields_), lanes, coarsest.cells, coarsest.conductance,
-         coarsest.inverse_diagonal, coarsest.b, coarsest.x);
+  launch("smooth_coarsest", lanes * static_cast<std::size_t>(fields_), lanes, coarsest.cells,
+         coarsest.conductance, coarsest.inverse_diagonal, coarsest.b, coarsest.x);
   for (std::size_t l = levels_.size() - 1; l-- > 0;) {
     Level &fine = levels_[l], &coarse = levels_[l + 1];
     launch("smooth_corrected", half_range(fine), local(), fine.cells, coarse.cells, fine.conductance,
@@ -140,7 +158,8 @@ void EllipticSolver::v_cycle() {
 /// Largest |r| / |b| of the fields. Waits for the device.
 double EllipticSolver::relative_residual() {
   const auto largest = [&](auto scalars) {
-    device_.queue().enqueueReadBuffer(scalars_, CL_TRUE, 0, scalars.size() * sizeof scalars[0], scalars.data());
+    device_.queue().enqueueReadBuffer(scalars_, CL_TRUE, 0, scalars.size() * sizeof scalars[0],
+                                      scalars.data());
     double square = 0;
     for (std::size_t i = 0; i < scalars.size(); i += scalars_per_field) {
       const double rr = scalars[i + rr_index], bb = scalars[i + bb_index];
@@ -150,43 +169,47 @@ double EllipticSolver::relative_residual() {
     return std::sqrt(square);
   };
   const std::size_t count = static_cast<std::size_t>(fields_) * scalars_per_field;
-  return accumulate_double_ || double_ ? largest(std::vector<double>(count)) : largest(std::vector<float>(count));
+  return accumulate_double_ || double_ ? largest(std::vector<double>(count))
+                                       : largest(std::vector<float>(count));
 }
 
 EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, double tolerance, int max_iterations,
                                      int check_every) {
   Level& finest = levels_.front();
   const int cells = static_cast<int>(finest.field_cells());
-  const std::size_t real = double_ ? sizeof(double) : sizeof(float), fields = static_cast<std::size_t>(fields_);
-  const cl::NDRange sums(static_cast<std::size_t>(chunks_), fields), totals(static_cast<std::size_t>(group_) * fields);
-  const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(128, 1) : cl::NDRange(1, 1);
+  const std::size_t real = double_ ? sizeof(double) : sizeof(float),
+                    fields = static_cast<std::size_t>(fields_);
+  const cl::NDRange sums(static_cast<std::size_t>(chunks_), fields),
+      totals(static_cast<std::size_t>(group_) * fields);
+  const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(gpu_sum_group, 1) : cl::NDRange(1, 1);
   const cl::NDRange totals_local(static_cast<std::size_t>(group_));
 
   device_.queue().enqueueFillBuffer(x, cl_uchar{0}, 0, fields * finest.field_cells() * real);
   device_.queue().enqueueFillBuffer(p_before_, cl_uchar{0}, 0, fields * finest.field_cells() * real);
 
   EllipticResult result{0, 0, {}};
-  // The residual that the iteration carries drifts from b - A x by rounding: when it has converged the true one is
-  // taken, and where that is much larger than asked the iteration starts again from it.
+  // The residual that the iteration carries drifts from b - A x by rounding: when it has converged the true
+  // one is taken, and where that is much larger than asked the iteration starts again from it.
   for (int restart = 0;; ++restart) {
     launch("sum_source", sums, sums_local, cells, finest.inverse_diagonal, b, partial_);
     launch("finish_source", totals, totals_local, partial_, scalars_);
-    launch("residual", sums, sums_local, finest.cells, finest.conductance, finest.inverse_diagonal, b, x, scalars_,
-           finest.b, partial_);
+    launch("residual", sums, sums_local, finest.cells, finest.conductance, finest.inverse_diagonal, b, x,
+           scalars_, finest.b, partial_);
     launch("finish_residual", totals, totals_local, cl_int{1}, partial_, scalars_);
     if (restart > 0) {
       const double before = result.relative_residual;
       result.relative_residual = relative_residual();
       const bool stagnates = restart > 1 && !(result.relative_residual < before / 2);
-      if (result.relative_residual <= drift * tolerance || stagnates || result.iterations >= max_iterations) return result;
+      if (result.relative_residual <= drift * tolerance || stagnates || result.iterations >= max_iterations)
+        return result;
       if (!std::isfinite(result.relative_residual)) return result;
     }
     for (double carried = 1; !(carried <= tolerance) && result.iterations < max_iterations;) {
       v_cycle();
       launch("sum_preconditioned", sums, sums_local, cells, finest.b, finest.x, partial_);
       launch("finish_beta", totals, totals_local, partial_, scalars_);
-      launch("search_direction", sums, sums_local, finest.cells, finest.conductance, finest.inverse_diagonal, finest.x,
-             p_before_, scalars_, p_, q_, partial_);
+      launch("search_direction", sums, sums_local, finest.cells, finest.conductance, finest.inverse_diagonal,
+             finest.x, p_before_, scalars_, p_, q_, partial_);
       launch("finish_alpha", totals, totals_local, partial_, scalars_);
       launch("update", sums, sums_local, cells, p_, q_, scalars_, x, finest.b, partial_);
       std::swap(p_, p_before_);

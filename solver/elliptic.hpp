@@ -11,37 +11,43 @@ namespace cohort {
 struct EllipticResult {
   int iterations;            ///< V-cycles, equal for all right-hand sides
   double relative_residual;  ///< |b - A x| / |b| recomputed from x, the largest of the right-hand sides
-  std::vector<double> history;  ///< the iteration's own |r| / |b|, largest of the right-hand sides, after each residual check
+  std::vector<double>
+      history;  ///< the iteration's own |r| / |b|, largest of the right-hand sides, after each residual check
 };
 
-/// div(sigma grad x) = -b with an insulated boundary on a uniform grid, for several right-hand sides at once: conjugate
-/// gradients, one multigrid V-cycle as preconditioner (kernels/multigrid.cl). The singular operator is met by taking the
-/// mean off b; x has mean zero over the cells that conduct.
-/// Fields have shape (fields, nz+2, ny+2, nx+2), one layer of ghost cells around; ghosts of b must be zero.
+/// div(sigma grad x) = -b with an insulated boundary on a uniform grid, for several right-hand sides at once:
+/// conjugate gradients, one multigrid V-cycle as preconditioner (kernels/multigrid.cl). The singular operator
+/// is met by taking the mean off b; x has mean zero over the cells that conduct. Fields have shape (fields,
+/// nz+2, ny+2, nx+2), one layer of ghost cells around; ghosts of b must be zero.
 class EllipticSolver {
  public:
-  /// `double_precision`: type of the fields. Throws std::runtime_error when memory does not suffice (Device::allocate).
+  /// `double_precision`: type of the fields. Throws std::runtime_error when memory does not suffice
+  /// (Device::allocate).
   EllipticSolver(Device& device, std::array<int, 3> cells, int fields, bool double_precision);
 
   /// Device memory that the constructor takes, in bytes.
   static std::size_t bytes(std::array<int, 3> cells, int fields, bool double_precision);
 
-  /// Conductances of the lower x, y and z faces, shape (3, nz+2, ny+2, nx+2), in mS: written by the caller, zero on the
-  /// boundary and in ghosts. Call prepare() after a change.
+  /// Conductances of the lower x, y and z faces, shape (3, nz+2, ny+2, nx+2), in mS: written by the caller,
+  /// zero on the boundary and in ghosts. Call prepare() after a change.
   cl::Buffer& conductance() { return levels_.front().conductance; }
-  /// 1 / sum of the conductances of a cell, shape (nz+2, ny+2, nx+2); 0 where nothing conducts. Filled by prepare().
+  /// 1 / sum of the conductances of a cell, shape (nz+2, ny+2, nx+2); 0 where nothing conducts. Filled by
+  /// prepare().
   const cl::Buffer& inverse_diagonal() const { return levels_.front().inverse_diagonal; }
   /// Conductances of the coarse levels and all diagonals.
   void prepare();
 
-  /// Solves for x (overwritten, from zero) until the residual that the iteration carries is at most tolerance |b| for
-  /// each right-hand side and the recomputed one at most ten times that (single precision rounds x to about 2e-6), or
-  /// gives up after max_iterations; the result says which. The host waits only for a residual after each `check_every` iterations.
+  /// Solves for x (overwritten, from zero) until the residual that the iteration carries is at most tolerance
+  /// |b| for each right-hand side and the recomputed one at most ten times that (single precision rounds x to
+  /// about 2e-6), or gives up after max_iterations; the result says which. The host waits only for a residual
+  /// after each `check_every` iterations.
   EllipticResult solve(const cl::Buffer& b, cl::Buffer& x, double tolerance, int max_iterations = 40,
                        int check_every = 2);
 
   std::array<int, 3> cells() const { return levels_.front().cells; }
-  std::size_t field_cells() const { return levels_.front().field_cells(); }  ///< of one field, ghosts included
+  std::size_t field_cells() const {
+    return levels_.front().field_cells();
+  }                                           ///< of one field, ghosts included
   int launches() const { return launches_; }  ///< kernels enqueued since construction
 
  private:

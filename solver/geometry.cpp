@@ -11,20 +11,27 @@ namespace {
 
 void declare_box(Scene& scene) {
   scene.regions = {{.name = "tissue", .shape = {}, .excitable = true, .fibres = Region::Fibres::constant}};
-  scene.parameters.add_vector({"geometry.box.size_mm", "mm", 0, 1e-3, 1000, "edge of the box, from the origin", "a slab of 20 x 7 x 3 mm: Niederer et al. 2011"},
-                              20, 7, 3);
+  scene.parameters.add_vector(
+      {"geometry.box.size_mm", "mm", 0, 1e-3, 1000, "edge of the box, from the origin",
+       "a slab of 20 x 7 x 3 mm: Niederer et al. 2011"},
+      20, 7, 3);
 }
 
 void declare_fibres(Scene& scene) {
   const auto has = [&](Region::Fibres rule) {
-    return std::any_of(scene.regions.begin(), scene.regions.end(), [&](const Region& r) { return r.fibres == rule; });
+    return std::any_of(scene.regions.begin(), scene.regions.end(),
+                       [&](const Region& r) { return r.fibres == rule; });
   };
   if (has(Region::Fibres::constant))
-    scene.parameters.add_vector({"geometry.fibres.direction", "1", 0, -1, 1, "component of the constant fibre direction, of any length; zero for none", "convention"},
-                                1, 0, 0);
+    scene.parameters.add_vector(
+        {"geometry.fibres.direction", "1", 0, -1, 1,
+         "component of the constant fibre direction, of any length; zero for none", "convention"},
+        1, 0, 0);
   if (has(Region::Fibres::transmural)) {
-    scene.parameters.add({"geometry.fibres.endocardium_deg", "deg", 60, -90, 90, "helix angle at the endocardium, positive right-handed", "Streeter et al. 1969"});
-    scene.parameters.add({"geometry.fibres.epicardium_deg", "deg", -60, -90, 90, "helix angle at the epicardium", "Streeter et al. 1969"});
+    scene.parameters.add({"geometry.fibres.endocardium_deg", "deg", 60, -90, 90,
+                          "helix angle at the endocardium, positive right-handed", "Streeter et al. 1969"});
+    scene.parameters.add({"geometry.fibres.epicardium_deg", "deg", -60, -90, 90,
+                          "helix angle at the epicardium", "Streeter et al. 1969"});
   }
 }
 
@@ -41,18 +48,27 @@ Extent hull(const Extent& a, const Extent& b) {
 
 void declare_geometry(Scene& scene) {
   switch (scene.geometry) {
-    case GeometryKind::box: declare_box(scene); break;
-    case GeometryKind::heart: declare_heart(scene); break;
-    case GeometryKind::shapes: declare_shapes(scene); break;
+    case GeometryKind::box:
+      declare_box(scene);
+      break;
+    case GeometryKind::heart:
+      declare_heart(scene);
+      break;
+    case GeometryKind::shapes:
+      declare_shapes(scene);
+      break;
   }
   declare_fibres(scene);
 }
 
 std::vector<std::string> geometry_files(const Scene& scene) {
   switch (scene.geometry) {
-    case GeometryKind::box: return {"signed_distance.clh", "geometry_box.clh"};
-    case GeometryKind::heart: return {"signed_distance.clh", "fibres.clh", "geometry_heart.clh"};
-    case GeometryKind::shapes: return {"signed_distance.clh", "fibres.clh", "geometry_shapes.clh"};
+    case GeometryKind::box:
+      return {"signed_distance.clh", "geometry_box.clh"};
+    case GeometryKind::heart:
+      return {"signed_distance.clh", "fibres.clh", "geometry_heart.clh"};
+    case GeometryKind::shapes:
+      return {"signed_distance.clh", "fibres.clh", "geometry_shapes.clh"};
   }
   throw std::logic_error("unknown geometry");
 }
@@ -71,8 +87,10 @@ Extent geometry_extent(const Scene& scene, std::span<const double> values) {
       const auto first = values.begin() + scene.parameters.index("geometry.box.size_mm.x");
       return {{0, 0, 0}, {first[0], first[1], first[2]}};
     }
-    case GeometryKind::heart: return heart_extent(scene.parameters, values);
-    case GeometryKind::shapes: return shapes_extent(scene, values);
+    case GeometryKind::heart:
+      return heart_extent(scene.parameters, values);
+    case GeometryKind::shapes:
+      return shapes_extent(scene, values);
   }
   throw std::logic_error("unknown geometry");
 }
@@ -87,7 +105,8 @@ Sphere site(const Scene& scene, const std::string& name, std::span<const double>
   if (std::find(names.begin(), names.end(), name) == names.end()) {
     std::string known;
     for (const std::string& n : names) known += (known.empty() ? "" : ", ") + n;
-    throw std::invalid_argument("no stimulus site \"" + name + "\"; there are: " + (known.empty() ? "none" : known));
+    throw std::invalid_argument("no stimulus site \"" + name +
+                                "\"; there are: " + (known.empty() ? "none" : known));
   }
   return heart_site(scene.parameters, name, values);
 }

@@ -1,4 +1,5 @@
-// The schematic heart on the host: its parameters, extent and stimulus sites. Formulas as in kernels/geometry_heart.clh.
+// The schematic heart on the host: its parameters, extent and stimulus sites. Formulas as in
+// kernels/geometry_heart.clh.
 #include <algorithm>
 #include <cmath>
 
@@ -23,15 +24,21 @@ Vector operator*(double s, Vector a) {
   return a;
 }
 
-Extent box_about(const Vector& centre, const Vector& half) { return {centre + -1.0 * half, centre + half}; }
+Extent box_about(const Vector& centre, const Vector& half) {
+  return {centre + -1.0 * half, centre + half};
+}
 
 /// Reads geometry.heart.* of one member.
 struct Sizes {
   const ParameterTable& table;
   std::span<const double> values;
 
-  double operator()(const std::string& name) const { return values[static_cast<size_t>(table.index(prefix + name))]; }
-  Vector vector(const std::string& name) const { return {(*this)(name + ".x"), (*this)(name + ".y"), (*this)(name + ".z")}; }
+  double operator()(const std::string& name) const {
+    return values[static_cast<size_t>(table.index(prefix + name))];
+  }
+  Vector vector(const std::string& name) const {
+    return {(*this)(name + ".x"), (*this)(name + ".y"), (*this)(name + ".z")};
+  }
 };
 
 struct Atria {
@@ -72,10 +79,14 @@ void declare_heart(Scene& scene) {
   const auto region = [](const char* name, bool excitable, Fibres fibres) {
     return Region{.name = name, .shape = {}, .excitable = excitable, .fibres = fibres};
   };
-  scene.regions = {region("lv", true, Fibres::transmural), region("rv", true, Fibres::transmural),
-                   region("la", true, Fibres::transmural), region("ra", true, Fibres::transmural),
-                   region("conduction_path", true, Fibres::transmural), region("bachmann", true, Fibres::transmural),
-                   region("insulator", false, Fibres::none), region("aorta", false, Fibres::none),
+  scene.regions = {region("lv", true, Fibres::transmural),
+                   region("rv", true, Fibres::transmural),
+                   region("la", true, Fibres::transmural),
+                   region("ra", true, Fibres::transmural),
+                   region("conduction_path", true, Fibres::transmural),
+                   region("bachmann", true, Fibres::transmural),
+                   region("insulator", false, Fibres::none),
+                   region("aorta", false, Fibres::none),
                    region("pulmonary_artery", false, Fibres::none)};
 
   ParameterTable& table = scene.parameters;
@@ -93,15 +104,18 @@ void declare_heart(Scene& scene) {
   mm("septum_mm", 9, 3, 25, "interventricular septum");
   mm("apex_mm", 7, 2, 20, "wall at the left ventricular apex");
   mm("rv_width_mm", 27, 12, 50, "right ventricular cavity from septum to free wall");
-  fraction("rv_height_fraction", 1.19, 0.8, 1.6, "right ventricular semi-axis along y over the left ventricle's outer radius");
+  fraction("rv_height_fraction", 1.19, 0.8, 1.6,
+           "right ventricular semi-axis along y over the left ventricle's outer radius");
   fraction("rv_length_fraction", 0.844, 0.6, 1, "length of the right ventricle over lv_length");
   mm("rv_wall_mm", 3.8, 1.5, 12, "free wall of the right ventricle");
   mm("rv_outflow_radius_mm", 13, 6, 20, "radius of the right ventricular outflow");
   mm("smoothing_mm", 8, 0, 20, "length over which the right ventricle and its outflow blend");
   mm("atrial_wall_mm", 2.6, 1, 6, "wall of both atria");
   mm("av_plate_mm", 4, 1, 10, "insulating plate between atria and ventricles; at least one cell");
-  table.add_vector({prefix + "la_radius_mm", "mm", 0, 10, 50, "semi-axis of the left atrial cavity", tuned}, 24, 27, 22);
-  table.add_vector({prefix + "ra_radius_mm", "mm", 0, 10, 50, "semi-axis of the right atrial cavity", tuned}, 24, 29, 25);
+  table.add_vector({prefix + "la_radius_mm", "mm", 0, 10, 50, "semi-axis of the left atrial cavity", tuned},
+                   24, 27, 22);
+  table.add_vector({prefix + "ra_radius_mm", "mm", 0, 10, 50, "semi-axis of the right atrial cavity", tuned},
+                   24, 29, 25);
   mm("aorta_radius_mm", 10.5, 5, 20, "lumen of the aorta");
   mm("aorta_wall_mm", 2, 0.5, 5, "wall of the aorta");
   mm("aorta_length_mm", 45, 10, 100, "aorta above the AV plane");
@@ -125,7 +139,8 @@ Extent heart_extent(const ParameterTable& table, std::span<const double> values)
   Extent box = box_about({0.5 * (septum - wall), 0, -equator},
                          {a + 0.5 * (septum + wall), outer, L - equator + size("apex_mm")});
 
-  const double rv_x = 0.61 * outer, rv_z = -0.88 * equator, rv_wall = size("rv_wall_mm") + 0.25 * size("smoothing_mm");
+  const double rv_x = 0.61 * outer, rv_z = -0.88 * equator,
+               rv_wall = size("rv_wall_mm") + 0.25 * size("smoothing_mm");
   box = hull(box, box_about({rv_x, 0, rv_z}, {a + septum + size("rv_width_mm") - rv_x + rv_wall,
                                               size("rv_height_fraction") * outer + rv_wall,
                                               size("rv_length_fraction") * L + rv_z + rv_wall}));
@@ -137,13 +152,15 @@ Extent heart_extent(const ParameterTable& table, std::span<const double> values)
   const double outflow = size("rv_outflow_radius_mm") + rv_wall;
   box = hull(box, box_about(root, {outflow, outflow, outflow}));
   box = hull(box, box_about(valve, {outflow, outflow, outflow}));
-  box = hull(box, cylinder_box(valve, valve_axis, size("pulmonary_artery_radius_mm") + size("pulmonary_artery_wall_mm"),
+  box = hull(box, cylinder_box(valve, valve_axis,
+                               size("pulmonary_artery_radius_mm") + size("pulmonary_artery_wall_mm"),
                                size("pulmonary_artery_length_mm")));
   box = hull(box, cylinder_box({0.36 * a, 0.36 * a, 0}, {0.0485, 0.2423, 0.9690},
                                size("aorta_radius_mm") + size("aorta_wall_mm"), size("aorta_length_mm")));
 
   const Atria b = atria(size);
-  const double bundle = size("bachmann_radius_mm");  // the bundle stands out of the wall, whose middle it follows
+  const double bundle =
+      size("bachmann_radius_mm");  // the bundle stands out of the wall, whose middle it follows
   const double atrial = std::max(b.wall, 0.5 * b.wall + bundle);
   box = hull(box, box_about(b.la_centre, b.la_radii + Vector{b.wall, b.wall, atrial}));
   box = hull(box, box_about(b.ra_centre, b.ra_radii + Vector{b.wall, b.wall, atrial}));

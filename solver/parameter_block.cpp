@@ -14,7 +14,9 @@ std::string parameter_macros(const ParameterTable& table) {
     for (char& c : name)
       if (!std::isalnum(static_cast<unsigned char>(c))) c = '_';
     const auto [other, fresh] = path_of.emplace(name, table[i].path);
-    if (!fresh) throw std::invalid_argument("parameters " + other->second + " and " + table[i].path + " differ in punctuation only");
+    if (!fresh)
+      throw std::invalid_argument("parameters " + other->second + " and " + table[i].path +
+                                  " differ in punctuation only");
     macros += "#define " + name + " " + std::to_string(i) + "\n";
   }
   return macros;

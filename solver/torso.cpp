@@ -9,9 +9,9 @@
 namespace cohort {
 namespace {
 
-constexpr double tolerance = 1e-6;    // |b - A x| / |b| aimed at
-constexpr double acceptable = 1e-4;   // single precision may stop short of the aim, never here
-constexpr int window = 4 * 4 * 4;     // cells of an electrode
+constexpr double tolerance = 1e-6;   // |b - A x| / |b| aimed at
+constexpr double acceptable = 1e-4;  // single precision may stop short of the aim, never here
+constexpr int window = 4 * 4 * 4;    // cells of an electrode
 constexpr int electrodes = static_cast<int>(electrode_names.size());
 
 /// Sizes of a torso that is not unbounded.
@@ -41,10 +41,14 @@ Point on_skin(TorsoKind kind, const Sizes& torso, Point place, bool may_be_insid
   for (std::size_t i = 0; i < 3; ++i) u[i] = (place[i] - torso.centre[i]) / torso.half[i];
   const double x = std::abs(u[0]), y = std::abs(u[1]), z = std::abs(u[2]);
   double level = 0;  // 1 on the ray's end
-  if (kind == TorsoKind::ellipsoid) level = std::hypot(x, y, z);
-  else if (kind == TorsoKind::box) level = std::max(x, y);
-  else level = std::pow(std::pow(x, torso.exponent) + std::pow(y, torso.exponent), 1 / torso.exponent);
-  if (kind != TorsoKind::ellipsoid) place[2] = std::clamp(place[2], torso.centre[2] - torso.half[2], torso.centre[2] + torso.half[2]);
+  if (kind == TorsoKind::ellipsoid)
+    level = std::hypot(x, y, z);
+  else if (kind == TorsoKind::box)
+    level = std::max(x, y);
+  else
+    level = std::pow(std::pow(x, torso.exponent) + std::pow(y, torso.exponent), 1 / torso.exponent);
+  if (kind != TorsoKind::ellipsoid)
+    place[2] = std::clamp(place[2], torso.centre[2] - torso.half[2], torso.centre[2] + torso.half[2]);
   if (level == 0 || (level <= 1 && may_be_inside)) return place;
   const std::size_t axes = kind == TorsoKind::ellipsoid ? 3 : 2;
   for (std::size_t i = 0; i < axes; ++i) place[i] = torso.centre[i] + (place[i] - torso.centre[i]) / level;
@@ -55,9 +59,16 @@ Point on_skin(TorsoKind kind, const Sizes& torso, Point place, bool may_be_insid
 
 void declare_torso(ParameterTable& table, TorsoKind kind) {
   const std::string notes = "tuned to a normal ECG (reference/heart_notes.md)";
-  table.add({"torso.conductivity_mS_per_mm", "mS/mm", 0.20, 1e-3, 10, "conductivity of the torso, isotropic", notes});
+  table.add({"torso.conductivity_mS_per_mm", "mS/mm", 0.20, 1e-3, 10, "conductivity of the torso, isotropic",
+             notes});
   if (kind != TorsoKind::unbounded) {
-    Parameter dx{"torso.dx_mm", "mm", 5, 0.5, 20, "edge of a cell of the torso's grid", "measured: tests/verification/lead_field.cpp"};
+    Parameter dx{"torso.dx_mm",
+                 "mm",
+                 5,
+                 0.5,
+                 20,
+                 "edge of a cell of the torso's grid",
+                 "measured: tests/verification/lead_field.cpp"};
     dx.structural = true;
     table.add(dx);
     table.add({"torso.half_width_mm", "mm", 175, 40, 400, "half of the width, left to right", notes});
@@ -66,25 +77,31 @@ void declare_torso(ParameterTable& table, TorsoKind kind) {
     table.add({"torso.upper_mm", "mm", 200, 40, 800, "height of the upper end", notes});
   }
   if (kind == TorsoKind::cylinder)
-    table.add({"torso.exponent", "1", 2.5, 1.5, 20, "of the cross-section |x/a|^n + |y/b|^n < 1; 2: an ellipse", notes});
+    table.add({"torso.exponent", "1", 2.5, 1.5, 20,
+               "of the cross-section |x/a|^n + |y/b|^n < 1; 2: an ellipse", notes});
 
   table.add({"torso.heart.azimuth_deg", "deg", 38, -180, 180, "apex: angle from left to the front", notes});
   table.add({"torso.heart.elevation_deg", "deg", 30, -89, 89, "apex: angle below the horizontal", notes});
   table.add({"torso.heart.roll_deg", "deg", 19, -180, 180,
              "about the long axis: anterior wall from above to the front, right ventricle down", notes});
-  table.add_vector({"torso.heart.point_mm", "mm", 0, -200, 200, "point of the heart's frame that is put at position_mm", notes}, 10, 0, -36);
-  table.add_vector({"torso.heart.position_mm", "mm", 0, -400, 400, "where in the torso: left, posterior, superior", notes}, 29, -33, -3);
+  table.add_vector({"torso.heart.point_mm", "mm", 0, -200, 200,
+                    "point of the heart's frame that is put at position_mm", notes},
+                   10, 0, -36);
+  table.add_vector(
+      {"torso.heart.position_mm", "mm", 0, -400, 400, "where in the torso: left, posterior, superior", notes},
+      29, -33, -3);
 
   // On the front and the left of the default cylinder, where only a height and a width or depth are known.
   const auto front = [](double x) { return -125 * std::pow(1 - std::pow(std::abs(x) / 175, 2.5), 0.4); };
   const auto left = [](double y) { return 175 * std::pow(1 - std::pow(std::abs(y) / 125, 2.5), 0.4); };
-  const Point places[] = {{-140, -12, 175},      {140, -12, 175},       {88, front(88), -235},
-                          {-22, front(22), 10},  {22, front(22), 10},   {53, front(53), -5},
-                          {85, front(85), -20},  {122, front(122), -20}, {left(31), -31, -20}};
+  const Point places[] = {{-140, -12, 175},     {140, -12, 175},        {88, front(88), -235},
+                          {-22, front(22), 10}, {22, front(22), 10},    {53, front(53), -5},
+                          {85, front(85), -20}, {122, front(122), -20}, {left(31), -31, -20}};
   for (std::size_t e = 0; e < electrode_names.size(); ++e)
     table.add_vector({"torso.electrodes." + std::string(electrode_names[e]) + "_mm", "mm", 0, -1000, 1000,
                       e < 2 ? "electrode, inside or on the skin: left, posterior, superior"
-                            : "electrode, moved onto the skin: left, posterior, superior", notes},
+                            : "electrode, moved onto the skin: left, posterior, superior",
+                      notes},
                      places[e][0], places[e][1], places[e][2]);
 }
 
@@ -97,7 +114,8 @@ Point Pose::operator()(const Point& p) const {
 
 Pose heart_pose(const ParameterTable& table, const std::vector<double>& values) {
   const auto radians = [&](const char* name) {
-    return values[static_cast<std::size_t>(table.index(std::string("torso.heart.") + name))] * std::numbers::pi / 180;
+    return values[static_cast<std::size_t>(table.index(std::string("torso.heart.") + name))] *
+           std::numbers::pi / 180;
   };
   const double az = radians("azimuth_deg"), el = radians("elevation_deg"), roll = radians("roll_deg");
   const double ca = std::cos(az), sa = std::sin(az), ce = std::cos(el), se = std::sin(el);
@@ -117,7 +135,8 @@ Pose heart_pose(const ParameterTable& table, const std::vector<double>& values) 
   return pose;
 }
 
-std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& table, const std::vector<double>& values) {
+std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& table,
+                                      const std::vector<double>& values) {
   std::array<Point, 9> places;
   for (std::size_t e = 0; e < places.size(); ++e) {
     places[e] = vector_value(table, values, "torso.electrodes." + std::string(electrode_names[e]) + "_mm");
@@ -127,11 +146,15 @@ std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& tabl
 }
 
 Torso::Torso(Device& device, const Scene& scene)
-    : device_(device), kind_(scene.torso), double_(scene.precision == Precision::double_), table_(scene.parameters) {
+    : device_(device),
+      kind_(scene.torso),
+      double_(scene.precision == Precision::double_),
+      table_(scene.parameters) {
   table_.index("torso.conductivity_mS_per_mm");
   for (int i = 0; i < table_.size(); ++i) {
     const std::string& path = table_[i].path;
-    if (path.starts_with("torso.") && !path.starts_with("torso.heart.") && path != "torso.conductivity_mS_per_mm")
+    if (path.starts_with("torso.") && !path.starts_with("torso.heart.") &&
+        path != "torso.conductivity_mS_per_mm")
       key_parameters_.push_back(i);
   }
   if (kind_ == TorsoKind::unbounded) return;
@@ -209,8 +232,10 @@ void Torso::solve(const std::vector<double>& values) {
   }
   fields_.dx_mm = grid.dx;
   fields_.electrodes_mm = electrode_places(kind_, table_, values);
-  if (double_) enqueue_sources<double>(values, grid);
-  else enqueue_sources<float>(values, grid);
+  if (double_)
+    enqueue_sources<double>(values, grid);
+  else
+    enqueue_sources<float>(values, grid);
 
   const EllipticResult result = solver_->solve(source_, fields_.potential, tolerance);
   ++solves_;
@@ -236,7 +261,8 @@ template <typename Real>
 void Torso::enqueue_sources(const std::vector<double>& values, const Box& grid) {
   cl::CommandQueue& queue = device_.queue();
   const auto range = [&](int more) {
-    return cl::NDRange(static_cast<std::size_t>(grid.cells[0] + more), static_cast<std::size_t>(grid.cells[1] + more),
+    return cl::NDRange(static_cast<std::size_t>(grid.cells[0] + more),
+                       static_cast<std::size_t>(grid.cells[1] + more),
                        static_cast<std::size_t>(grid.cells[2] + more));
   };
   cl::Kernel level(program_, "torso_level_set"), conductance(program_, "torso_conductance"),
@@ -262,7 +288,8 @@ void Torso::enqueue_sources(const std::vector<double>& values, const Box& grid) 
   for (const Point& place : fields_.electrodes_mm)
     for (std::size_t i = 0; i < 3; ++i)
       places.push_back(static_cast<Real>((place[i] - fields_.origin_mm[i]) / grid.dx));
-  cl::Buffer place(device_.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, places.size() * sizeof(Real), places.data());
+  cl::Buffer place(device_.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, places.size() * sizeof(Real),
+                   places.data());
   queue.enqueueFillBuffer(source_, cl_uchar{0}, 0, electrodes * solver_->field_cells() * sizeof(Real));
   currents.setArg(3, static_cast<Real>(grid.dx));
   currents.setArg(4, solver_->conductance());

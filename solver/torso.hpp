@@ -15,8 +15,8 @@ inline constexpr std::array<std::string_view, 9> electrode_names = {"RA", "LA", 
                                                                     "V3", "V4", "V5", "V6"};
 using Point = std::array<double, 3>;
 
-/// Declares torso.*: conductivity, pose of the heart, electrodes and, unless `unbounded`, sizes and grid. Frame of the
-/// torso: x to the left, y to the back, z up (left, posterior, superior), mm.
+/// Declares torso.*: conductivity, pose of the heart, electrodes and, unless `unbounded`, sizes and grid.
+/// Frame of the torso: x to the left, y to the back, z up (left, posterior, superior), mm.
 ///   box        half_width, half_depth, lower, upper
 ///   ellipsoid  the same, inscribed in that box
 ///   cylinder   vertical, cross-section |x/half_width|^exponent + |y/half_depth|^exponent < 1
@@ -28,25 +28,30 @@ struct Pose {
   Point translation_mm;
   Point operator()(const Point& heart_mm) const;
 };
-/// The apex points to (cos el cos az, -cos el sin az, -sin el): azimuth from left to front, elevation downwards. At roll 0
-/// the septum's side is horizontal, to the right and front, and the anterior wall faces up; a positive roll turns the
-/// anterior wall to the front and the right ventricle down. `point_mm` of the heart comes to lie at `position_mm`.
+/// The apex points to (cos el cos az, -cos el sin az, -sin el): azimuth from left to front, elevation
+/// downwards. At roll 0 the septum's side is horizontal, to the right and front, and the anterior wall faces
+/// up; a positive roll turns the anterior wall to the front and the right ventricle down. `point_mm` of the
+/// heart comes to lie at `position_mm`.
 Pose heart_pose(const ParameterTable& table, const std::vector<double>& values);
 
-/// Electrodes where they act: RA, LA and those inside as given; the others, and any outside, moved onto the skin along the
-/// horizontal ray from the axis of the torso (ellipsoid: the ray from its centre; unbounded: as given). Table order.
-std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& table, const std::vector<double>& values);
+/// Electrodes where they act: RA, LA and those inside as given; the others, and any outside, moved onto the
+/// skin along the horizontal ray from the axis of the torso (ellipsoid: the ray from its centre; unbounded:
+/// as given). Table order.
+std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& table,
+                                      const std::vector<double>& values);
 
-/// Potentials of a unit current (1 uA) at each electrode, with a sink spread over the torso that all electrodes share
-/// and every lead cancels.
+/// Potentials of a unit current (1 uA) at each electrode, with a sink spread over the torso that all
+/// electrodes share and every lead cancels.
 struct LeadFields {
-  cl::Buffer potential;           ///< (9, nz, ny, nx) real, mV/uA for 1 mS/mm; ghosts counted. unbounded: 64 unread bytes
-  std::array<int, 3> extent{};    ///< nx, ny, nz of the buffer, one layer of ghosts included; zeros when unbounded
-  Point origin_mm{};              ///< centre of its first cell, in the torso's frame
+  cl::Buffer
+      potential;  ///< (9, nz, ny, nx) real, mV/uA for 1 mS/mm; ghosts counted. unbounded: 64 unread bytes
+  std::array<int, 3>
+      extent{};       ///< nx, ny, nz of the buffer, one layer of ghosts included; zeros when unbounded
+  Point origin_mm{};  ///< centre of its first cell, in the torso's frame
   double dx_mm = 0;
   std::array<Point, 9> electrodes_mm{};
   int iterations = 0;
-  double relative_residual = 0;   ///< largest of the nine, of the potentials as stored
+  double relative_residual = 0;  ///< largest of the nine, of the potentials as stored
 };
 
 /// The torso of a scene on one device.
@@ -55,12 +60,14 @@ class Torso {
   /// Compiles; allocates at the first solve. Throws std::out_of_range when the scene declared no torso.
   Torso(Device& device, const Scene& scene);
 
-  /// The lead fields of a member: nine elliptic solves, or those of the last call when none of the parameters that they
-  /// depend on has changed (all of torso.* but the heart's pose and the conductivity, which scales them: block()). Valid
-  /// until the next call. Throws std::runtime_error when memory does not suffice or the solver does not converge.
+  /// The lead fields of a member: nine elliptic solves, or those of the last call when none of the parameters
+  /// that they depend on has changed (all of torso.* but the heart's pose and the conductivity, which scales
+  /// them: block()). Valid until the next call. Throws std::runtime_error when memory does not suffice or the
+  /// solver does not converge.
   const LeadFields& fields(const std::vector<double>& values);
 
-  /// The member's block that kernels/lead_field.clh reads beside the fields: pose, 1/conductivity, grid, electrodes.
+  /// The member's block that kernels/lead_field.clh reads beside the fields: pose, 1/conductivity, grid,
+  /// electrodes.
   std::vector<double> block(const std::vector<double>& values);
 
   /// Device memory that fields(values) will take, in bytes; allocates nothing.
@@ -71,8 +78,8 @@ class Torso {
   int solves() const { return solves_; }  ///< how often fields() had to solve
   /// The solver with this torso's conductances (for 1 mS/mm), after fields(). Not for `unbounded`.
   EllipticSolver& solver() { return *solver_; }
-  /// Moving least squares weights that inject and read at the electrodes, (9, 4, 4, 4) real over cells (z, y, x), and
-  /// the first cell (x, y, z) of each window in the buffer, (9, 3) int.
+  /// Moving least squares weights that inject and read at the electrodes, (9, 4, 4, 4) real over cells (z, y,
+  /// x), and the first cell (x, y, z) of each window in the buffer, (9, 3) int.
   const cl::Buffer& electrode_weights() const { return weights_; }
   const cl::Buffer& electrode_windows() const { return windows_; }
 

@@ -49,7 +49,8 @@ inline std::vector<float> distances(const std::string& expression, const std::ve
   return download<float>(out, at.size());
 }
 
-/// A geometry on a grid whose faces lie on multiples of dx, one cell wider than its extent on every side. x runs fastest.
+/// A geometry on a grid whose faces lie on multiples of dx, one cell wider than its extent on every side. x
+/// runs fastest.
 struct Cells {
   double dx;
   std::array<int, 3> n;
@@ -59,7 +60,9 @@ struct Cells {
   std::vector<cl_float4> fibre, coordinates;
 
   size_t size() const { return region.size(); }
-  size_t at(int x, int y, int z) const { return size_t(x) + size_t(n[0]) * (size_t(y) + size_t(n[1]) * size_t(z)); }
+  size_t at(int x, int y, int z) const {
+    return size_t(x) + size_t(n[0]) * (size_t(y) + size_t(n[1]) * size_t(z));
+  }
   Point centre(size_t i) const {
     const size_t nx = size_t(n[0]), ny = size_t(n[1]);
     return {origin[0] + dx * (double(i % nx) + 0.5), origin[1] + dx * (double(i / nx % ny) + 0.5),
@@ -85,7 +88,8 @@ inline Cells sample(const Scene& scene, const std::vector<double>& values, doubl
   const Extent extent = geometry_extent(scene, values);
   size_t count = 1;
   for (size_t axis = 0; axis < 3; ++axis) {
-    const double first = std::floor(extent.lower[axis] / dx + 1e-9) - 1, last = std::ceil(extent.upper[axis] / dx - 1e-9) + 1;
+    const double first = std::floor(extent.lower[axis] / dx + 1e-9) - 1,
+                 last = std::ceil(extent.upper[axis] / dx - 1e-9) + 1;
     cells.origin[axis] = first * dx;
     cells.n[axis] = int(last - first);
     count *= size_t(cells.n[axis]);
@@ -95,7 +99,8 @@ inline Cells sample(const Scene& scene, const std::vector<double>& values, doubl
   const cl::Program program =
       device().build(files, {"CELLS"}, parameter_macros(scene.parameters) + geometry_source(scene));
   cl::Kernel kernel(program, "sample_cells");
-  const cl_float4 place = {{float(cells.origin[0]), float(cells.origin[1]), float(cells.origin[2]), float(dx)}};
+  const cl_float4 place = {
+      {float(cells.origin[0]), float(cells.origin[1]), float(cells.origin[2]), float(dx)}};
   const cl::Buffer buffers[] = {upload(std::vector<int>(count)),       upload(std::vector<float>(count)),
                                 upload(std::vector<cl_float4>(count)), upload(std::vector<cl_float4>(count)),
                                 upload(std::vector<int>(count)),       upload(std::vector<float>(count))};
@@ -119,7 +124,8 @@ template <class Take>
 std::vector<int> components(const Cells& cells, Take take, int& count) {
   std::vector<int> component(cells.size(), -1);
   const long nx = cells.n[0], nxy = nx * cells.n[1];
-  const long steps[] = {1, -1, nx, -nx, nxy, -nxy};  // the outermost cells hold no tissue, so that no step leaves the grid
+  const long steps[] = {1,   -1,  nx, -nx,
+                        nxy, -nxy};  // the outermost cells hold no tissue, so that no step leaves the grid
   count = 0;
   for (size_t seed = 0; seed < cells.size(); ++seed) {
     if (component[seed] >= 0 || !take(cells.region[seed])) continue;

@@ -182,7 +182,7 @@ def kill_at_points(options, store, reference):
 
 
 def kill_at_random(options, store, reference, duration):
-    kills = campaigns = looks = during_creation = 0
+    kills = campaigns = looks = during_creation = during_members = 0
     while kills < options.kills:
         clean(store)
         witness = Witness(store)
@@ -195,13 +195,18 @@ def kill_at_random(options, store, reference, duration):
             # Half of the first kills of a campaign come early, where the store is being created.
             creating = not store.exists()
             moment = time.monotonic() + random.uniform(0, duration * (0.3 if creating and kills % 2 else 1))
-            while time.monotonic() < moment and any(p.poll() is None for p in running):
+            # The others come once some more rows have ended: a program that starts slowly would else always die in its start.
+            enough = len(witness.rows) + random.randint(1, 16) if kills % 2 == 0 else 0
+            while (len(witness.rows) < enough or time.monotonic() < moment) and any(p.poll() is None for p in running):
+                if enough and len(witness.rows) >= enough:
+                    break
                 witness.look()
                 time.sleep(0.002)
             alive = [pid for p in running if p.poll() is None for pid in tree(p.pid)]
             if alive:
                 victims = alive if random.random() < 0.5 else random.sample(alive, random.randint(1, len(alive)))
                 during_creation += not store.exists()
+                during_members += bool(witness.rows)
                 kill(victims)
                 kills += 1
                 witness.look()
@@ -216,8 +221,8 @@ def kill_at_random(options, store, reference, duration):
         looks += witness.looks
         no_litter(store)
         compare(store, reference)
-    print(f"{kills} kills at random moments of {campaigns} campaigns, {during_creation} before the store stood; "
-          f"{looks} looks with h5py", flush=True)
+    print(f"{kills} kills at random moments of {campaigns} campaigns, {during_creation} before the store stood, "
+          f"{during_members} with members ended; {looks} looks with h5py", flush=True)
 
 
 def main():

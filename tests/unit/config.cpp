@@ -96,7 +96,7 @@ scene:
     shapes:
       outer: {ellipsoid: {centre_mm: [0, 0, 1]}}
       inner: {ellipsoid: {}}
-      blend: {smooth_union: [outer, inner], radius_mm: 6}
+      blend: {smooth_union: {of: [outer, inner], smoothing_mm: 6}}
       wall: {subtract: [blend, inner]}
     regions:
       muscle: {shape: wall, fibres: transmural}
@@ -112,7 +112,7 @@ outputs: {activation: {}}
   EXPECT_EQ(campaign.scene.regions[0].fibres, cohort::Region::Fibres::transmural);
   EXPECT_FALSE(campaign.scene.regions[1].excitable);
   EXPECT_EQ(value(campaign, "geometry.shapes.outer.ellipsoid.centre_mm.z"), 1);
-  EXPECT_EQ(value(campaign, "geometry.shapes.blend.radius_mm"), 6);
+  EXPECT_EQ(value(campaign, "geometry.shapes.blend.smooth_union.smoothing_mm"), 6);
 }
 
 TEST(Config, LeavesInheritedParametersUnset) {
@@ -133,9 +133,10 @@ outputs: {ecg: {}}
   EXPECT_GT(inheriting, 0);
   std::vector<double> values = table.values();
   table.resolve(values);
-  for (int i = 0; i < table.size(); ++i)
-    if (table[i].inherits == "electrophysiology.mitchell_schaeffer.tau_close_ms")
-      EXPECT_EQ(values[static_cast<size_t>(i)], 140);
+  for (int i = 0; i < table.size(); ++i) {
+    if (table[i].inherits != "electrophysiology.mitchell_schaeffer.tau_close_ms") continue;
+    EXPECT_EQ(values[static_cast<size_t>(i)], 140);
+  }
 }
 
 TEST(Config, ChecksATorsoThatNoOutputNeeds) {
@@ -201,6 +202,16 @@ campaign: {method: csv, points: points.csv}
   EXPECT_EQ(campaign.members, 3);
   EXPECT_EQ(campaign.points_file, "tests/unit/points.csv");
   EXPECT_NE(campaign.text.find("# points points.csv sha256 "), std::string::npos);
+}
+
+TEST(Config, ReadsEveryFileOfConfigs) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(COHORT_SOURCE_DIR "/configs")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++files;
+    EXPECT_NO_THROW(cohort::read_campaign(entry.path().string())) << entry.path();
+  }
+  EXPECT_GE(files, 4);
 }
 
 // The examples of FIPS 180-4 that NIST publishes with intermediate values, and the empty message.

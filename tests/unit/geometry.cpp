@@ -15,15 +15,16 @@ struct Distance {
 
 TEST(SignedDistance, PrimitivesAreExact) {
   const double s2 = std::sqrt(2.0);
-  const std::string z = "(real3)(0, 0, 1)", cone = "sd_cone(p, (real3)(0, 0, 1), 5, 2, 4)";  // side 3 in, 4 up: 3-4-5
+  const std::string z = "(real3)(0, 0, 1)",
+                    cone = "sd_cone(p, (real3)(0, 0, 1), 5, 2, 4)";  // side 3 in, 4 up: 3-4-5
   const std::vector<Distance> cases = {
       {"sd_half_space(p, (real3)(1, 0, 0), (real3)(1, 0, 0))", {3, 7, -2}, 2},
       {"sd_box(p, (real3)(1, 2, 3))", {0, 0, 0}, -1},
       {"sd_box(p, (real3)(1, 2, 3))", {0.5, 1.75, 0}, -0.25},
-      {"sd_box(p, (real3)(1, 2, 3))", {4, 6, 3}, 5},          // edge, 3-4-5
-      {"sd_box(p, (real3)(1, 2, 3))", {3, 4, 4}, 3},          // corner, 2-2-1
+      {"sd_box(p, (real3)(1, 2, 3))", {4, 6, 3}, 5},  // edge, 3-4-5
+      {"sd_box(p, (real3)(1, 2, 3))", {3, 4, 4}, 3},  // corner, 2-2-1
       {"sd_ellipsoid(p, (real3)(5, 5, 5))", {0, 3, 4}, 0},
-      {"sd_ellipsoid(p, (real3)(5, 5, 5))", {0, 6, 8}, 5},    // exact for a sphere
+      {"sd_ellipsoid(p, (real3)(5, 5, 5))", {0, 6, 8}, 5},  // exact for a sphere
       {"sd_ellipsoid(p, (real3)(5, 5, 5))", {1, 0, 0}, -4},
       {"sd_ellipsoid(p, (real3)(2, 3, 4))", {2, 0, 0}, 0},
       {"sd_ellipsoid(p, (real3)(2, 3, 4))", {0, 0, 0}, -2},
@@ -34,36 +35,43 @@ TEST(SignedDistance, PrimitivesAreExact) {
       {"sd_cylinder(p, " + z + ", 2, 6)", {5, 0, 7}, 5},
       {"sd_cylinder(p, " + z + ", 2, 6)", {0, 1.5, 1}, -0.5},
       {"sd_cylinder(p, (real3)(1, 0, 0), 2, 6)", {0, 0, 5}, 3},
-      {cone, {0, 0, 3}, 1},                                    // above the upper end
-      {cone, {5, 0, -4}, 2},                                   // below the edge of the lower end
-      {cone, {3.5 + 0.8, 0, 0.6}, 1},                          // off the middle of the side, along its normal (0.8, 0.6)
+      {cone, {0, 0, 3}, 1},            // above the upper end
+      {cone, {5, 0, -4}, 2},           // below the edge of the lower end
+      {cone, {3.5 + 0.8, 0, 0.6}, 1},  // off the middle of the side, along its normal (0.8, 0.6)
       {cone, {0, 3.5 - 0.8, -0.6}, -1},
   };
   for (const Distance& c : cases)
-    EXPECT_NEAR(distances(c.expression, {c.at})[0], c.exact, 2e-6) << c.expression << " at " << c.at[0] << " " << c.at[1] << " " << c.at[2];
+    EXPECT_NEAR(distances(c.expression, {c.at})[0], c.exact, 2e-6)
+        << c.expression << " at " << c.at[0] << " " << c.at[1] << " " << c.at[2];
 }
 
 TEST(SignedDistance, SetAlgebraIsThatOfSets) {
-  const std::string a = "sd_ellipsoid(p, (real3)(5, 5, 5))", b = "sd_box(p - (real3)(4, 0, 0), (real3)(3, 2, 2))";
+  const std::string a = "sd_ellipsoid(p, (real3)(5, 5, 5))",
+                    b = "sd_box(p - (real3)(4, 0, 0), (real3)(3, 2, 2))";
   std::vector<Point> points;
-  for (int i = 0; i < 1000; ++i) points.push_back({-8 + 1.7 * (i % 10), -6 + 1.3 * (i / 10 % 10), -6 + 1.3 * (i / 100)});
+  for (int i = 0; i < 1000; ++i)
+    points.push_back({-8 + 1.7 * (i % 10), -6 + 1.3 * (i / 10 % 10), -6 + 1.3 * (i / 100)});
   const auto in_a = distances(a, points), in_b = distances(b, points);
-  const auto both = distances("sd_intersection(" + a + ", " + b + ")", points), any = distances("sd_union(" + a + ", " + b + ")", points);
-  const auto only = distances("sd_subtract(" + a + ", " + b + ")", points), wall = distances("sd_shell(" + a + ", 2)", points);
+  const auto both = distances("sd_intersection(" + a + ", " + b + ")", points),
+             any = distances("sd_union(" + a + ", " + b + ")", points);
+  const auto only = distances("sd_subtract(" + a + ", " + b + ")", points),
+             wall = distances("sd_shell(" + a + ", 2)", points);
   for (size_t i = 0; i < points.size(); ++i) {
     EXPECT_EQ(any[i] < 0, in_a[i] < 0 || in_b[i] < 0);
     EXPECT_EQ(both[i] < 0, in_a[i] < 0 && in_b[i] < 0);
     EXPECT_EQ(only[i] < 0, in_a[i] < 0 && in_b[i] > 0);
     const double radius = std::hypot(points[i][0], points[i][1], points[i][2]);
-    EXPECT_EQ(wall[i] < 0, radius > 4 && radius < 6);
+    EXPECT_EQ(wall[i]<0, radius> 4 && radius < 6);
   }
 }
 
 TEST(SignedDistance, SmoothUnionBlendsOverItsLength) {
-  const auto at = [](const std::string& values) { return distances("sd_smooth_union(" + values + ") + 0 * p.x", {{0, 0, 0}})[0]; };
-  EXPECT_FLOAT_EQ(at("3, 3, 8"), 1.0f);    // equal distances: down by k/4
-  EXPECT_FLOAT_EQ(at("1, 5, 8"), 0.5f);    // h = 1/2: down by k/16
-  EXPECT_FLOAT_EQ(at("1, 9, 8"), 1.0f);    // k apart: the minimum
+  const auto at = [](const std::string& values) {
+    return distances("sd_smooth_union(" + values + ") + 0 * p.x", {{0, 0, 0}})[0];
+  };
+  EXPECT_FLOAT_EQ(at("3, 3, 8"), 1.0f);  // equal distances: down by k/4
+  EXPECT_FLOAT_EQ(at("1, 5, 8"), 0.5f);  // h = 1/2: down by k/16
+  EXPECT_FLOAT_EQ(at("1, 9, 8"), 1.0f);  // k apart: the minimum
   EXPECT_FLOAT_EQ(at("5, 1, 8"), 0.5f);
   EXPECT_FLOAT_EQ(at("2, 3, 0"), 2.0f);
 }
@@ -79,28 +87,39 @@ Scene shapes(std::vector<Shape> list, std::vector<Region> regions) {
 
 std::vector<double> with(const Scene& scene, const std::vector<std::pair<std::string, double>>& sizes) {
   std::vector<double> values = scene.parameters.values();
-  for (const auto& [path, value] : sizes) values[size_t(scene.parameters.index("geometry.shapes." + path))] = value;
+  for (const auto& [path, value] : sizes)
+    values[size_t(scene.parameters.index("geometry.shapes." + path))] = value;
   return values;
 }
 
 // Volumes in mL at 0.25 mm, centres off the grid: 1e-3 relative, the smooth bodies' own error there.
 TEST(Shapes, VolumesOfPrimitivesAreExact) {
-  const auto volume = [](Kind kind, const std::string& name, std::vector<std::pair<std::string, double>> sizes) {
+  const auto volume = [](Kind kind, const std::string& name,
+                         std::vector<std::pair<std::string, double>> sizes) {
     const Scene scene = shapes({{"a", kind, {}}}, {{.name = "tissue", .shape = "a"}});
     for (auto& size : sizes) size.first = "a." + name + "." + size.first;
     return sample(scene, with(scene, sizes), 0.25).volume_mL(0);
   };
-  EXPECT_NEAR(volume(Kind::box, "box", {{"size_mm.x", 7.1}, {"size_mm.y", 3.3}, {"centre_mm.x", 0.07}}), 7.1 * 3.3 * 10 / 1000, 0.01 * 0.2343);
-  EXPECT_NEAR(volume(Kind::ellipsoid, "ellipsoid", {{"radius_mm.x", 4}, {"radius_mm.y", 6}, {"centre_mm.z", 0.1}}), 4. / 3 * pi * 0.24, 1e-3 * 1.005);
-  EXPECT_NEAR(volume(Kind::cylinder, "cylinder", {{"radius_mm", 4}, {"axis.x", 0.6}, {"axis.z", 0.8}}), pi * 0.16, 2e-3 * 0.5027);
-  EXPECT_NEAR(volume(Kind::cone, "cone", {{"axis.y", 0.3}}), pi * 10 / 3 * (25 + 10 + 4) / 1000, 2e-3 * 0.408);
-  EXPECT_NEAR(volume(Kind::capsule, "capsule", {{"to_mm.x", 5}}), (pi * 25 * std::sqrt(125.) + 4. / 3 * pi * 125) / 1000, 1e-3 * 1.4);
+  EXPECT_NEAR(volume(Kind::box, "box", {{"size_mm.x", 7.1}, {"size_mm.y", 3.3}, {"centre_mm.x", 0.07}}),
+              7.1 * 3.3 * 10 / 1000, 0.01 * 0.2343);
+  EXPECT_NEAR(volume(Kind::ellipsoid, "ellipsoid",
+                     {{"semi_axes_mm.x", 4}, {"semi_axes_mm.y", 6}, {"centre_mm.z", 0.1}}),
+              4. / 3 * pi * 0.24, 1e-3 * 1.005);
+  EXPECT_NEAR(volume(Kind::cylinder, "cylinder", {{"radius_mm", 4}, {"axis.x", 0.6}, {"axis.z", 0.8}}),
+              pi * 0.16, 2e-3 * 0.5027);
+  EXPECT_NEAR(volume(Kind::cone, "cone", {{"axis.y", 0.3}}), pi * 10 / 3 * (25 + 10 + 4) / 1000,
+              2e-3 * 0.408);
+  EXPECT_NEAR(volume(Kind::capsule, "capsule", {{"to_mm.x", 5}}),
+              (pi * 25 * std::sqrt(125.) + 4. / 3 * pi * 125) / 1000, 1e-3 * 1.4);
 }
 
 // Wall of a sphere, 1.4 mm thick, on grids coarser and finer than the wall.
 TEST(Shapes, VolumeOfAShellConvergesWithSecondOrder) {
-  const Scene scene = shapes({{"ball", Kind::ellipsoid, {}}, {"wall", Kind::shell, {"ball"}}}, {{.name = "tissue", .shape = "wall"}});
-  const std::vector<double> values = with(scene, {{"wall.shell.thickness_mm", 1.4}, {"ball.ellipsoid.centre_mm.x", 0.13}, {"ball.ellipsoid.centre_mm.y", 0.29}});
+  const Scene scene = shapes({{"ball", Kind::ellipsoid, {}}, {"wall", Kind::shell, {"ball"}}},
+                             {{.name = "tissue", .shape = "wall"}});
+  const std::vector<double> values = with(scene, {{"wall.shell.thickness_mm", 1.4},
+                                                  {"ball.ellipsoid.centre_mm.x", 0.13},
+                                                  {"ball.ellipsoid.centre_mm.y", 0.29}});
   const double exact = 4. / 3 * pi * (std::pow(10.7, 3) - std::pow(9.3, 3)) / 1000;
   const auto error = [&](double dx) { return std::abs(sample(scene, values, dx).volume_mL(0) / exact - 1); };
   EXPECT_LT(error(2), 0.02);
@@ -110,12 +129,20 @@ TEST(Shapes, VolumeOfAShellConvergesWithSecondOrder) {
 }
 
 TEST(Shapes, RegionsThatMeetLeaveNoGapAndRegionsThatOverlapCountOnce) {
-  const Scene scene = shapes({{"left", Kind::box, {}}, {"right", Kind::box, {}}, {"ball", Kind::ellipsoid, {}}, {"scar", Kind::intersection, {"ball", "right"}}},
-                             {{.name = "scar", .shape = "scar", .excitable = false}, {.name = "left", .shape = "left"}, {.name = "right", .shape = "right"}});
+  const Scene scene = shapes({{"left", Kind::box, {}},
+                              {"right", Kind::box, {}},
+                              {"ball", Kind::ellipsoid, {}},
+                              {"scar", Kind::intersection, {"ball", "right"}}},
+                             {{.name = "scar", .shape = "scar", .excitable = false},
+                              {.name = "left", .shape = "left"},
+                              {.name = "right", .shape = "right"}});
   // Boxes of 10 mm meet at x = 5.5, in the middle of cells; the ball reaches out of the right one.
-  const std::vector<double> values = with(scene, {{"left.box.centre_mm.x", 0.5}, {"right.box.centre_mm.x", 10.5},
-                                                  {"ball.ellipsoid.centre_mm.x", 15.5}, {"ball.ellipsoid.radius_mm.x", 4},
-                                                  {"ball.ellipsoid.radius_mm.y", 4}, {"ball.ellipsoid.radius_mm.z", 4}});
+  const std::vector<double> values = with(scene, {{"left.box.centre_mm.x", 0.5},
+                                                  {"right.box.centre_mm.x", 10.5},
+                                                  {"ball.ellipsoid.centre_mm.x", 15.5},
+                                                  {"ball.ellipsoid.semi_axes_mm.x", 4},
+                                                  {"ball.ellipsoid.semi_axes_mm.y", 4},
+                                                  {"ball.ellipsoid.semi_axes_mm.z", 4}});
   const Cells cells = sample(scene, values, 1);
   EXPECT_NEAR(cells.volume_mL(0) + cells.volume_mL(1) + cells.volume_mL(2), 2, 1e-4);
   EXPECT_NEAR(cells.volume_mL(0), 2. / 3 * pi * 0.064, 0.03 * 0.134);
@@ -128,10 +155,16 @@ TEST(Shapes, RegionsThatMeetLeaveNoGapAndRegionsThatOverlapCountOnce) {
 }
 
 TEST(Shapes, TransmuralFibresTurnFromInnerToOuterSurface) {
-  const Scene scene = shapes({{"outer", Kind::ellipsoid, {}}, {"inner", Kind::ellipsoid, {}}, {"below", Kind::half_space, {}},
-                              {"wall", Kind::subtract, {"outer", "inner"}}, {"ventricle", Kind::intersection, {"wall", "below"}}},
-                             {{.name = "tissue", .shape = "ventricle", .excitable = true, .fibres = Region::Fibres::transmural}});
-  const std::vector<double> values = with(scene, {{"inner.ellipsoid.radius_mm.x", 5}, {"inner.ellipsoid.radius_mm.y", 5}, {"inner.ellipsoid.radius_mm.z", 5}});
+  const Scene scene = shapes(
+      {{"outer", Kind::ellipsoid, {}},
+       {"inner", Kind::ellipsoid, {}},
+       {"below", Kind::half_space, {}},
+       {"wall", Kind::subtract, {"outer", "inner"}},
+       {"ventricle", Kind::intersection, {"wall", "below"}}},
+      {{.name = "tissue", .shape = "ventricle", .excitable = true, .fibres = Region::Fibres::transmural}});
+  const std::vector<double> values = with(scene, {{"inner.ellipsoid.semi_axes_mm.x", 5},
+                                                  {"inner.ellipsoid.semi_axes_mm.y", 5},
+                                                  {"inner.ellipsoid.semi_axes_mm.z", 5}});
   const Extent extent = geometry_extent(scene, values);
   EXPECT_EQ(extent.upper[2], 0);
   EXPECT_EQ(extent.lower[2], -10);
@@ -163,12 +196,17 @@ TEST(Shapes, MistakesAreNamed) {
     }
     return "no error";
   };
-  EXPECT_EQ(message({{"a", Kind::union_, {"b", "c"}}}, {}), "shape \"a\" uses shape \"b\", which is not defined before it");
+  EXPECT_EQ(message({{"a", Kind::union_, {"b", "c"}}}, {}),
+            "shape \"a\" uses shape \"b\", which is not defined before it");
   EXPECT_EQ(message({{"a", Kind::box, {}}, {"a", Kind::box, {}}}, {}), "shape \"a\" is named twice");
-  EXPECT_EQ(message({{"a", Kind::box, {}}}, {{.name = "r", .shape = "b"}}), "region \"r\" is filled by shape \"b\", which does not exist");
-  EXPECT_EQ(message({{"a", Kind::half_space, {}}}, {{.name = "r", .shape = "a"}}), "region \"r\" has no bounds: nothing cuts its half-space");
-  EXPECT_EQ(message({{"a", Kind::box, {}}}, {{.name = "r", .shape = "a", .excitable = true, .fibres = Region::Fibres::transmural}}),
-            "region \"r\" has transmural fibres, but shape \"a\" is no wall: a shell, or a subtract of the inner from the outer surface");
+  EXPECT_EQ(message({{"a", Kind::box, {}}}, {{.name = "r", .shape = "b"}}),
+            "region \"r\" is filled by shape \"b\", which does not exist");
+  EXPECT_EQ(message({{"a", Kind::half_space, {}}}, {{.name = "r", .shape = "a"}}),
+            "region \"r\" has no bounds: nothing cuts its half-space");
+  EXPECT_EQ(message({{"a", Kind::box, {}}},
+                    {{.name = "r", .shape = "a", .excitable = true, .fibres = Region::Fibres::transmural}}),
+            "region \"r\" has transmural fibres, but shape \"a\" is no wall: a shell, or a subtract of the "
+            "inner from the outer surface");
 }
 
 TEST(Box, FillsWhatItsSizesSay) {

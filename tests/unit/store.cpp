@@ -95,7 +95,7 @@ TEST_F(StoreTest, DatasetsBeginOnPagesAndDoNotOverlap) {
   std::vector<std::pair<off_t, off_t>> extents;
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto column = static_cast<Column>(i);
-    EXPECT_EQ(store.offset(column) % 4096, 0) << columns[i].path;
+    EXPECT_EQ(store.offset(column) % 4096, 0) << column_specs[i].path;
     extents.emplace_back(
         store.offset(column),
         store.offset(column) + static_cast<off_t>(store.rows(column) * store.row_bytes(column)));

@@ -21,7 +21,8 @@ TEST(Pose, IsARightHandedRotationThatPutsThePoint) {
   const Scene scene = coarse_scene(TorsoKind::cylinder);
   const Pose pose = heart_pose(scene.parameters, scene.parameters.values());
   const auto& m = pose.rotation;
-  const double determinant = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+  const double determinant = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+                             m[2] * (m[3] * m[7] - m[4] * m[6]);
   EXPECT_NEAR(determinant, 1, 1e-12);
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b < 3; ++b)
@@ -30,7 +31,8 @@ TEST(Pose, IsARightHandedRotationThatPutsThePoint) {
   EXPECT_NEAR(put[0], 29, 1e-12);
   EXPECT_NEAR(put[1], -33, 1e-12);
   EXPECT_NEAR(put[2], -3, 1e-12);
-  // Anatomy: the apex points left, forwards and down; the right ventricle lies to the right and front of the left one.
+  // Anatomy: the apex points left, forwards and down; the right ventricle lies to the right and front of the
+  // left one.
   EXPECT_GT(-m[2], 0.4);
   EXPECT_LT(-m[5], -0.4);
   EXPECT_NEAR(-m[8], -0.5, 1e-12);
@@ -42,7 +44,9 @@ TEST(Electrodes, LieOnTheSkinWhateverTheSizes) {
   for (const TorsoKind kind : {TorsoKind::box, TorsoKind::ellipsoid, TorsoKind::cylinder}) {
     const Scene scene = coarse_scene(kind);
     std::vector<double> values = scene.parameters.values();
-    const auto set = [&](const char* path, double v) { values[static_cast<std::size_t>(scene.parameters.index(path))] = v; };
+    const auto set = [&](const char* path, double v) {
+      values[static_cast<std::size_t>(scene.parameters.index(path))] = v;
+    };
     set("torso.half_width_mm", 150);
     set("torso.half_depth_mm", 140);
     for (std::size_t e = 2; e < 9; ++e) {
@@ -58,7 +62,8 @@ TEST(Electrodes, LieOnTheSkinWhateverTheSizes) {
 
 TEST(Torso, EveryParameterChangesTheSampledFields) {
   Device device(devices().at(0));
-  for (const TorsoKind kind : {TorsoKind::box, TorsoKind::ellipsoid, TorsoKind::cylinder, TorsoKind::unbounded}) {
+  for (const TorsoKind kind :
+       {TorsoKind::box, TorsoKind::ellipsoid, TorsoKind::cylinder, TorsoKind::unbounded}) {
     const Scene scene = coarse_scene(kind);
     Torso torso(device, scene);
     const std::vector<double> values = scene.parameters.values();
@@ -80,7 +85,9 @@ TEST(Torso, SolvesOnlyWhenTheFieldsChange) {
   const Scene scene = coarse_scene(TorsoKind::cylinder);
   Torso torso(device, scene);
   std::vector<double> values = scene.parameters.values();
-  const auto set = [&](const char* path, double v) { values[static_cast<std::size_t>(scene.parameters.index(path))] = v; };
+  const auto set = [&](const char* path, double v) {
+    values[static_cast<std::size_t>(scene.parameters.index(path))] = v;
+  };
   torso.fields(values);
   set("torso.heart.roll_deg", 5);
   set("torso.conductivity_mS_per_mm", 0.3);

@@ -7,9 +7,15 @@ namespace {
 constexpr int lv = 0, rv = 1, la = 2, ra = 3, path = 4, bachmann = 5, insulator = 6;
 constexpr double density_g_per_mL = 1.06;
 
-bool excitable(int region) { return region >= 0 && region < insulator; }
-bool ventricular(int region) { return region == lv || region == rv; }
-bool atrial(int region) { return region == la || region == ra || region == bachmann; }
+bool excitable(int region) {
+  return region >= 0 && region < insulator;
+}
+bool ventricular(int region) {
+  return region == lv || region == rv;
+}
+bool atrial(int region) {
+  return region == la || region == ra || region == bachmann;
+}
 
 Scene heart() {
   Scene scene;
@@ -22,13 +28,15 @@ void set(const Scene& scene, std::vector<double>& values, const std::string& nam
   values[size_t(scene.parameters.index("geometry.heart." + name))] = value;
 }
 
-/// All excitable cells hang together through faces; without the conduction path, no part holds atria and ventricles. (Where
-/// the path fills the atrium's rim at 4 mm, taking it away may leave cells on either side.)
+/// All excitable cells hang together through faces; without the conduction path, no part holds atria and
+/// ventricles. (Where the path fills the atrium's rim at 4 mm, taking it away may leave cells on either
+/// side.)
 void expect_isolated(const Cells& cells) {
   int parts = 0, joined = 0;
   components(cells, excitable, joined);
   EXPECT_EQ(joined, 1);
-  const std::vector<int> apart = components(cells, [](int r) { return excitable(r) && r != path; }, parts);
+  const std::vector<int> apart = components(
+      cells, [](int r) { return excitable(r) && r != path; }, parts);
   std::vector<size_t> atria, ventricles;  // cells of each part
   atria.resize(size_t(parts));
   ventricles.resize(size_t(parts));
@@ -38,9 +46,14 @@ void expect_isolated(const Cells& cells) {
     ventricles[size_t(apart[i])] += ventricular(cells.region[i]);
   }
   for (size_t part = 0; part < size_t(parts); ++part)
-    EXPECT_TRUE(atria[part] == 0 || ventricles[part] == 0) << atria[part] << " atrial cells meet " << ventricles[part];
-  const auto largest = [](const std::vector<size_t>& sizes) { return *std::max_element(sizes.begin(), sizes.end()); };
-  const auto all = [](const std::vector<size_t>& sizes) { return std::accumulate(sizes.begin(), sizes.end(), size_t(0)); };
+    EXPECT_TRUE(atria[part] == 0 || ventricles[part] == 0)
+        << atria[part] << " atrial cells meet " << ventricles[part];
+  const auto largest = [](const std::vector<size_t>& sizes) {
+    return *std::max_element(sizes.begin(), sizes.end());
+  };
+  const auto all = [](const std::vector<size_t>& sizes) {
+    return std::accumulate(sizes.begin(), sizes.end(), size_t(0));
+  };
   EXPECT_EQ(largest(ventricles), all(ventricles));
   EXPECT_LE(all(atria) - largest(atria), 2);
 }
@@ -57,9 +70,9 @@ void expect_inside_grid(const Cells& cells) {
 
 struct Spacing : testing::TestWithParam<double> {};
 
-// Figures of the heart that gave a normal ECG. This one differs from it on purpose in three places: the edge between the right
-// ventricle and its outflow is sharp at the base (-1.6 % of the right ventricle), Bachmann's bundle stands out of the
-// atrial walls (+1 g), and the conduction path takes 1 g of the septum.
+// Figures of the heart that gave a normal ECG. This one differs from it on purpose in three places: the edge
+// between the right ventricle and its outflow is sharp at the base (-1.6 % of the right ventricle),
+// Bachmann's bundle stands out of the atrial walls (+1 g), and the conduction path takes 1 g of the septum.
 TEST_P(Spacing, MassesAndCavitiesAreThoseOfTheReference) {
   const Scene scene = heart();
   const Cells cells = sample(scene, scene.parameters.values(), GetParam());
@@ -106,24 +119,37 @@ struct Corner : testing::TestWithParam<int> {};
 TEST_P(Corner, EveryRegionIsThereAndIsolated) {
   const Scene scene = heart();
   std::vector<double> values = scene.parameters.values();
-  const std::vector<std::vector<std::string>> sizes = {
-      {"lv_radius_mm"}, {"lv_length_mm"}, {"lv_wall_mm"}, {"septum_mm"}, {"apex_mm"}, {"rv_width_mm"}, {"rv_wall_mm"},
-      {"rv_outflow_radius_mm"}, {"atrial_wall_mm"}, {"av_plate_mm"}, {"la_radius_mm.x", "la_radius_mm.y", "la_radius_mm.z"},
-      {"ra_radius_mm.x", "ra_radius_mm.y", "ra_radius_mm.z"}, {"aorta_radius_mm"}, {"pulmonary_artery_radius_mm"},
-      {"tricuspid_radius_mm"}};
+  const std::vector<std::vector<std::string>> sizes = {{"lv_radius_mm"},
+                                                       {"lv_length_mm"},
+                                                       {"lv_wall_mm"},
+                                                       {"septum_mm"},
+                                                       {"apex_mm"},
+                                                       {"rv_width_mm"},
+                                                       {"rv_wall_mm"},
+                                                       {"rv_outflow_radius_mm"},
+                                                       {"atrial_wall_mm"},
+                                                       {"av_plate_mm"},
+                                                       {"la_radius_mm.x", "la_radius_mm.y", "la_radius_mm.z"},
+                                                       {"ra_radius_mm.x", "ra_radius_mm.y", "ra_radius_mm.z"},
+                                                       {"aorta_radius_mm"},
+                                                       {"pulmonary_artery_radius_mm"},
+                                                       {"tricuspid_radius_mm"}};
   if (GetParam() > 0)
     for (unsigned column = 0; column < sizes.size(); ++column) {
       const bool up = std::popcount(unsigned(GetParam() - 1) & (column + 1)) % 2 == 0;
       for (const std::string& name : sizes[column]) {
         const size_t i = size_t(scene.parameters.index("geometry.heart." + name));
         values[i] *= up ? 1.2 : 0.8;
-        ASSERT_TRUE(values[i] >= scene.parameters[int(i)].lower && values[i] <= scene.parameters[int(i)].upper) << name;
+        ASSERT_TRUE(values[i] >= scene.parameters[int(i)].lower &&
+                    values[i] <= scene.parameters[int(i)].upper)
+            << name;
       }
     }
   for (const double dx : {1.0, 2.0, 3.0, 4.0}) {
     SCOPED_TRACE(dx);
     const Cells cells = sample(scene, values, dx);
-    for (size_t r = 0; r < scene.regions.size(); ++r) EXPECT_GT(cells.volume_mL(int(r)), 0.5) << scene.regions[r].name;
+    for (size_t r = 0; r < scene.regions.size(); ++r)
+      EXPECT_GT(cells.volume_mL(int(r)), 0.5) << scene.regions[r].name;
     for (int c = 0; c < 4; ++c) EXPECT_GT(cells.cavity_mL(c), 20) << "cavity " << c;
     expect_isolated(cells);
     expect_inside_grid(cells);
@@ -145,13 +171,16 @@ TEST(HeartGeometry, ScaleFitsTheBenchmarkBox) {
   expect_isolated(cells);
 }
 
-double length(const cl_float4& v) { return std::hypot(v.s[0], v.s[1], v.s[2]); }
+double length(const cl_float4& v) {
+  return std::hypot(v.s[0], v.s[1], v.s[2]);
+}
 
 TEST(HeartGeometry, FibresAreUnitVectorsWhereTissueConducts) {
   const Scene scene = heart();
   const Cells cells = sample(scene, scene.parameters.values(), 2);
   for (size_t i = 0; i < cells.size(); ++i)
-    ASSERT_NEAR(length(cells.fibre[i]), excitable(cells.region[i]) ? 1 : 0, 1e-5) << "region " << cells.region[i];
+    ASSERT_NEAR(length(cells.fibre[i]), excitable(cells.region[i]) ? 1 : 0, 1e-5)
+        << "region " << cells.region[i];
 }
 
 // The gradient of u by central differences over cells: 0.5 mm grid, so that it is near the pointwise one.
@@ -173,17 +202,20 @@ TEST(HeartGeometry, FibresAreNormalToTheTransmuralGradientAtTheRightAngle) {
     for (size_t axis = 0; axis < 3; ++axis) {
       const size_t up = i + size_t(steps[axis]), down = i - size_t(steps[axis]);
       const double above = double(cells.coordinates[up].s[0]), below = double(cells.coordinates[down].s[0]);
-      inside = inside && cells.region[up] == region && cells.region[down] == region && above > 0.01 && above < 0.99 && below > 0.01 && below < 0.99;
+      inside = inside && cells.region[up] == region && cells.region[down] == region && above > 0.01 &&
+               above < 0.99 && below > 0.01 && below < 0.99;
       g[axis] = above - below;
     }
     if (!inside) continue;
     const double norm = std::hypot(g[0], g[1], g[2]);
     const auto& f = cells.fibre[i].s;
-    largest_cosine = std::max(largest_cosine, std::abs(double(f[0]) * g[0] + double(f[1]) * g[1] + double(f[2]) * g[2]) / norm);
+    largest_cosine = std::max(
+        largest_cosine, std::abs(double(f[0]) * g[0] + double(f[1]) * g[1] + double(f[2]) * g[2]) / norm);
     // Helix angle: from the direction around z, towards the base.
     const double around = std::hypot(g[0], g[1]);
     const double along = (-g[1] * double(f[0]) + g[0] * double(f[1])) / around;
-    const double angle = std::copysign(std::acos(std::clamp(along, -1.0, 1.0)), double(f[2])) * 180 / std::numbers::pi;
+    const double angle =
+        std::copysign(std::acos(std::clamp(along, -1.0, 1.0)), double(f[2])) * 180 / std::numbers::pi;
     largest_angle_error = std::max(largest_angle_error, std::abs(angle - (60 - 120 * u)));
     endocardial += u < 0.15;
     epicardial += u > 0.85;
@@ -198,7 +230,8 @@ TEST(HeartGeometry, CoordinatesRunFromEndocardiumToEpicardiumAndFromApexToBase) 
   const Scene scene = heart();
   const Cells cells = sample(scene, scene.parameters.values(), 1);
   const auto at = [&](double x, double y, double z) {
-    return cells.at(int(std::floor(x - cells.origin[0])), int(std::floor(y - cells.origin[1])), int(std::floor(z - cells.origin[2])));
+    return cells.at(int(std::floor(x - cells.origin[0])), int(std::floor(y - cells.origin[1])),
+                    int(std::floor(z - cells.origin[2])));
   };
   // Equator, lateral wall: cavity radius 25, wall 9.5.
   const size_t middle = at(-29.5, 0.5, -24.5), inner = at(-25.5, 0.5, -24.5), outer = at(-33.5, 0.5, -24.5);

@@ -1,4 +1,5 @@
-// Convergence of the multigrid-preconditioned solver over dx, homogeneous and with tenfold jumps of conductivity.
+// Convergence of the multigrid-preconditioned solver over dx, homogeneous and with tenfold jumps of
+// conductivity.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +37,8 @@ double reduction(Device& device, double dx, bool jump, double tolerance, int& it
   const std::vector<double> uniform = download(device, torso.solver().conductance(), 3 * field, true);
 
   std::vector<double> g(3 * field), source(field), sigma(field);
-  const auto row = static_cast<std::size_t>(lead.extent[0]), plane = row * static_cast<std::size_t>(lead.extent[1]);
+  const auto row = static_cast<std::size_t>(lead.extent[0]),
+             plane = row * static_cast<std::size_t>(lead.extent[1]);
   for (std::size_t c = 0; c < field; ++c) {
     const std::size_t cell[3] = {c % row, c % plane / row, c / plane};
     Point x;
@@ -72,7 +74,7 @@ TEST(Multigrid, ReductionIndependentOfSpacing) {
   std::printf("  dx_mm  jump  V-cycles to 1e-8  residual falls per V-cycle by\n");
   for (const bool jump : {false, true}) {
     int fewest = 1000, most = 0;
-    for (const double dx : {14.0, 10.0, 7.0, 5.0, 3.5}) {
+    for (const double dx : {14.0, 10.0, 7.0, 5.0}) {
       int iterations = 0;
       const double factor = reduction(device, dx, jump, 1e-8, iterations);
       std::printf("  %5.2f  %s  %16d  %.1f\n", dx, jump ? "10:1" : " 1:1", iterations, factor);

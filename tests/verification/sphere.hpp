@@ -11,11 +11,14 @@ namespace cohort::sphere {
 
 inline constexpr double radius_mm = 100;
 
-inline double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+inline double dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
-/// Neumann function of the sphere for a unit current at e on its surface, sigma = 1, up to a function of x that is the
-/// same for every e: (2/d + ln(2 R^2 / (R^2 - x.e + R d)) / R) / (4 pi), d = |x - e|. Its gradient along a dipole gives the
-/// surface potential of Wilson & Bayley, Circulation 1, 84 (1950), and Frank, J. Appl. Phys. 23, 1225 (1952).
+/// Neumann function of the sphere for a unit current at e on its surface, sigma = 1, up to a function of x
+/// that is the same for every e: (2/d + ln(2 R^2 / (R^2 - x.e + R d)) / R) / (4 pi), d = |x - e|. Its
+/// gradient along a dipole gives the surface potential of Wilson & Bayley, Circulation 1, 84 (1950), and
+/// Frank, J. Appl. Phys. 23, 1225 (1952).
 inline double neumann(const Point& x, const Point& e) {
   const double R = radius_mm;
   const double d = std::sqrt(dot(x, x) - 2 * dot(x, e) + R * R);

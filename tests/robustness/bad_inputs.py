@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""The program refuses what the reader of campaign files cannot see: exit code 1, the message, and no store left behind.
+
+Usage: bad_inputs.py COHORT SOURCE_DIR. Needs an OpenCL device. Prints one line for each case; exits 1 if one fails.
+"""
+
+import os
+import pathlib
+import stat
+import subprocess
+import sys
+import tempfile
+
+COHORT, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+SMALL = """scene:
+  geometry: {box: {size_mm: [6, 4, 4]}}
+  grid: {dx_mm: 1}
+  time: {end_ms: 2}
+outputs: {activation: {}}
+campaign: {seed: %d}
+store: small.h5
+"""
+
+failures = 0
+
+
+def cohort(folder, *arguments, mpirun=(), environment=None):
+    return subprocess.run(
+        [*mpirun, COHORT, *arguments], cwd=folder, capture_output=True, text=True, timeout=120,
+        env={**os.environ, **(environment or {})})
+
+
+def expect(name, result, code, *messages):
+    """Fails the case unless the program ended with `code` and each message stands in what it wrote to standard error."""
+    global failures
+    missing = [message for message in messages if message not in result.stderr]
+    good = result.returncode == code and not missing
+    print(f"{'ok    ' if good else 'FAILED'} {name}")
+    if not good:
+        failures += 1
+        print(f"  exit code {result.returncode}, expected {code}; missing {missing}; wrote:\n{result.stderr}{result.stdout}")
+
+
+def write(folder, name, text):
+    (folder / name).write_text(text)
+    return name
+
+
+def files_for_the_program(folder):
+    """Files of tests/bad_configs with a "# program:" line: what they expect only a device can tell."""
+    files = [f for f in sorted((SOURCE / "tests/bad_configs").glob("*.yaml")) if "# program:" in f.read_text()]
+    assert len(files) >= 3, "files with a '# program:' line are gone"
+    for file in files:
+        lines = file.read_text().splitlines()
+        expected = [line.removeprefix("# expect: ") for line in lines if line.startswith("# expect: ")]
+        for command in ("plan", "run"):
+            result = cohort(folder, command, str(file), *(["--store", "refused.h5"] if command == "run" else []))
+            expect(f"{command} {file.name}", result, 1, *expected)
+            if (folder / "refused.h5").exists():
+                expect(f"{command} {file.name} leaves no store", result, None)
+
+
+def stores(folder):
+    small = write(folder, "small.yaml", SMALL % 1)
+    other = write(folder, "other.yaml", SMALL % 2)
+    expect("a good campaign runs", cohort(folder, "run", small), 0)
+    before = (folder / "small.h5").read_bytes()
+    expect("the store of another campaign", cohort(folder, "run", other), 1, "small.h5", "another campaign")
+    assert (folder / "small.h5").read_bytes() == before, "a refused store was changed"
+    (folder / "small.h5").rename(folder / "moved.h5")
+    result = cohort(folder, "run", small, "--store", "moved.h5")
+    expect("a store that was moved is the campaign's own", result, 0, "resuming moved.h5")
+
+    write(folder, "text.h5", "no HDF5")
+    expect("a store that is no HDF5 file", cohort(folder, "run", small, "--store", "text.h5"), 1, "text.h5", "not a cohort file")
+    expect("a store in no folder", cohort(folder, "run", small, "--store", "nowhere/a.h5"), 1, "nowhere")
+    if os.geteuid() != 0:  # root writes everywhere
+        locked = folder / "locked"
+        locked.mkdir()
+        locked.chmod(stat.S_IRUSR | stat.S_IXUSR)
+        expect("a folder that cannot be written", cohort(folder, "run", small, "--store", "locked/a.h5"), 1, "locked/a.h5")
+    expect("a folder in place of a store", cohort(folder, "run", small, "--store", "."), 1, ".")
+    expect("status of a store that is not there", cohort(folder, "status", "absent.h5"), 1, "absent.h5")
+    expect("verify of what is no store", cohort(folder, "verify", "text.h5"), 1, "text.h5")
+
+
+def devices(folder):
+    small = write(folder, "small.yaml", SMALL % 1)
+    nothing = folder / "no_vendors"
+    nothing.mkdir(exist_ok=True)
+    empty = {"OCL_ICD_VENDORS": str(nothing) + "/"}
+    for arguments in (["run", small, "--store", "none.h5"], ["plan", small], ["devices"]):
+        result = cohort(folder, *arguments, environment=empty)
+        expect(f"no device: {arguments[0]}", result, 1, "no OpenCL device: ", "install pocl-opencl-icd")
+    assert not (folder / "none.h5").exists(), "a store was created without a device"
+    expect("a device that does not exist", cohort(folder, "plan", small, "--device", "99"), 1, "no OpenCL device 99")
+    expect("a device that is no number", cohort(folder, "plan", small, "--device", "fast"), 1, "cpu, gpu or an index")
+
+
+def command_line(folder):
+    small = write(folder, "small.yaml", SMALL % 1)
+    expect("no command", cohort(folder), 1)
+    expect("an unknown command", cohort(folder, "rum", small), 1)
+    expect("a file that is not there", cohort(folder, "run", "absent.yaml"), 1, "absent.yaml: cannot be read")
+    result = cohort(folder, "run", small, "--set", "time.dt_us=5", "--set", "grid.dx_mm=0")
+    expect("mistakes in --set", result, 1, '--set:1: unknown key "dt_us" in time; did you mean "dt_ms"?',
+           "--set:2: grid.dx_mm is 0 mm")
+
+
+def ranks(folder):
+    """All ranks end alike, and the mistake is told once."""
+    bad = write(folder, "bad.yaml", (SMALL % 1).replace("dx_mm", "dx_nm"))
+    mpirun = ["mpirun", "--oversubscribe", "-n", "2"] + (["--allow-run-as-root"] if os.geteuid() == 0 else [])
+    result = cohort(folder, "run", bad, mpirun=mpirun)
+    expect("two ranks refuse alike", result, 1, 'bad.yaml:3:10: unknown key "dx_nm" in grid; did you mean "dx_mm"?')
+    if result.stderr.count("unknown key") != 1:
+        expect("a mistake is told once", result, None)
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    for number, group in enumerate((files_for_the_program, stores, devices, command_line, ranks)):
+        place = pathlib.Path(temporary) / str(number)
+        place.mkdir()
+        group(place)
+print(f"{failures} failed")
+sys.exit(1 if failures else 0)
