@@ -1,0 +1,251 @@
+"""The store of a campaign: the only place in Python that knows the paths inside the HDF5 file.
+
+The row index is the member's id everywhere: N members, P parameters, L leads, T samples, F features. Values that have not
+been written are NaN.
+"""
+
+import dataclasses
+import enum
+import os
+
+import h5py
+import numpy
+
+
+class Status(enum.IntEnum):
+    """What became of a member. From DONE on it has ended."""
+
+    EMPTY = 0
+    QUEUED = 1
+    RUNNING = 2
+    DONE = 3
+    FAILED = 4
+    TIMEOUT = 5
+    UNSTABLE = 6
+    REJECTED = 7
+
+
+@dataclasses.dataclass(frozen=True)
+class Kernel:
+    """Times of one kernel in one process."""
+
+    name: str
+    calls: int
+    device_ms: float
+    bytes_per_call: float  # what the kernel has to move, not what it moved; NaN or 0 where none is declared
+
+    @property
+    def GB_per_s(self):
+        return self.calls * self.bytes_per_call / (self.device_ms * 1e6) if self.device_ms > 0 else float("nan")
+
+
+@dataclasses.dataclass(frozen=True)
+class Performance:
+    """What one process of a campaign did."""
+
+    device: str
+    triad_GB_per_s: float
+    simulated_ms: float
+    cell_updates: float
+    wall_s: float
+    kernels: list  # of Kernel, longest first
+
+
+class Store:
+    """A campaign's file, open for reading; the campaign may be running meanwhile.
+
+    A store is a snapshot of which members have ended: `status` and `done` are those of the last `refresh`, so that
+    `parameters[done]` and `ecg(done)` have the same rows however fast the campaign goes on. Poll with `refresh`:
+
+        store = Store("demo.h5")
+        while not store.finished:
+            time.sleep(2)
+            store.refresh()
+
+    Raises OSError where the file is missing or is not HDF5, ValueError where it is no store.
+    """
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        self._file = None
+        self.refresh()
+        if self._file.attrs.get("format") != "cohort":
+            self.close()
+            raise ValueError(f"{self.path}: not a store of Cohort")
+
+    def refresh(self):
+        """Opens the file again, since HDF5 keeps what it has read, and takes the members' states of now."""
+        self.close()
+        # Without a lock: a reader never has to keep the campaign from writing.
+        self._file = h5py.File(self.path, "r", locking=False)
+        self._status = self._file["status"][:] if "status" in self._file else numpy.empty(0, numpy.uint8)
+
+    def close(self):
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    # The campaign
+
+    @property
+    def campaign(self):
+        """The campaign file, with what --set has changed: YAML."""
+        return self._file.attrs["campaign"]
+
+    @property
+    def sha256(self):
+        """Of what identifies the campaign, hexadecimal."""
+        return self._file.attrs["sha256"]
+
+    @property
+    def seed(self):
+        return int(self._file.attrs["seed"])
+
+    @property
+    def program_version(self):
+        return self._file.attrs["program_version"]
+
+    @property
+    def created(self):
+        """UTC, ISO 8601."""
+        return self._file.attrs["created"]
+
+    @property
+    def run_dependent(self):
+        """What two runs of one campaign may differ in: paths of datasets, and attributes of the root after an @."""
+        return list(self._file.attrs["run_dependent"])
+
+    # Members
+
+    @property
+    def members(self):
+        """N."""
+        return len(self._status)
+
+    @property
+    def status(self):
+        """(N) u1, values of Status."""
+        return self._status
+
+    @property
+    def legend(self):
+        """The names of the status values in the file, by value."""
+        return list(self._file["status"].attrs["legend"])
+
+    @property
+    def done(self):
+        """(N) bool: members whose results stand in their rows."""
+        return self._status == Status.DONE
+
+    @property
+    def finished(self):
+        """Whether all members have ended."""
+        return bool((self._status >= Status.DONE).all())
+
+    @property
+    def columns(self):
+        """Names of the columns of `column`."""
+        return list(self._file["members"])
+
+    def column(self, name):
+        """(N) of one of `columns`: reason, attempts, rank, wall_s, dt_ms, crc32, ...; text as str. KeyError where there is none."""
+        values = self._file["members"][name][:]
+        return numpy.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+
+    # What was sampled
+
+    @property
+    def parameter_names(self):
+        """P paths, as in the campaign file."""
+        return list(self._file["parameters"].attrs["names"])
+
+    @property
+    def parameter_units(self):
+        return list(self._file["parameters"].attrs["units"])
+
+    @property
+    def priors(self):
+        """P descriptions of the distributions."""
+        return list(self._file["parameters"].attrs["prior"])
+
+    @property
+    def scales(self):
+        """P of linear or log: how a parameter is best spaced."""
+        return list(self._file["parameters"].attrs["scale"])
+
+    @property
+    def bounds(self):
+        """(P, 2) f8: lower and upper bounds, in the parameters' units."""
+        attributes = self._file["parameters"].attrs
+        return numpy.stack([attributes["lower"], attributes["upper"]], axis=1)
+
+    @property
+    def parameters(self):
+        """(N, P) f8 in `parameter_units`."""
+        return self._file["parameters"][:]
+
+    @property
+    def unit_parameters(self):
+        """(N, P) f8: the sampler's points in [0, 1]."""
+        return self._file["unit_parameters"][:]
+
+    # Results
+
+    @property
+    def leads(self):
+        """L names; none where the campaign records no ECG."""
+        return list(self._file["ecg"].attrs["leads"]) if "ecg" in self._file else []
+
+    @property
+    def ecg_ms(self):
+        """(T) f8: times of the samples, ms."""
+        return self._file["time/ecg_ms"][:]
+
+    def ecg(self, members=slice(None)):
+        """(N, L, T) f4, mV, of all members, or of those that an index, a slice or a mask selects."""
+        return self._file["ecg"][members]
+
+    @property
+    def feature_names(self):
+        return list(self._file["features"].attrs["names"])
+
+    @property
+    def feature_units(self):
+        return list(self._file["features"].attrs["units"])
+
+    @property
+    def features(self):
+        """(N, F) f4 in `feature_units`; NaN where a feature is not defined."""
+        return self._file["features"][:]
+
+    # Speed
+
+    @property
+    def performance(self):
+        """Performance of each process that has ended, in the order of their slots in the file."""
+        group = self._file["performance"]
+        return [_performance(group, slot) for slot, wall_s in enumerate(group["wall_s"][:]) if wall_s > 0]
+
+
+def _performance(group, slot):
+    names = numpy.char.decode(group["kernels"][slot], "utf-8")
+    kernels = [
+        Kernel(str(name), int(calls), float(device_ms), float(bytes_per_call))
+        for name, calls, device_ms, bytes_per_call in zip(
+            names, group["calls"][slot], group["device_ms"][slot], group["bytes_per_call"][slot])
+        if name and calls > 0
+    ]
+    return Performance(
+        device=group["device"][slot].decode("utf-8"),
+        triad_GB_per_s=float(group["triad_GB_per_s"][slot]),
+        simulated_ms=float(group["simulated_ms"][slot]),
+        cell_updates=float(group["cell_updates"][slot]),
+        wall_s=float(group["wall_s"][slot]),
+        kernels=sorted(kernels, key=lambda kernel: -kernel.device_ms),
+    )
