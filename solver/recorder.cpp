@@ -42,7 +42,7 @@ void Recorder::sample(const Tissue& tissue, const Monodomain& monodomain, const 
   const auto group = static_cast<std::size_t>(Tissue::block_cells);
   const double real = static_cast<double>(real_bytes(precision_));
   const double bytes = static_cast<double>(blocks * group) * (real * (8 + quantities_ - 1) + 4);
-  launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), gpu ? cl::NDRange(group) : cl::NullRange,
+  launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), cl::NDRange(gpu ? group : 1),
             bytes, monodomain.potential(), monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
             weights != nullptr ? *weights : monodomain.potential(), partial_, tissue.stride, tissue.blocks,
             Real{0.5 * monodomain.dt_ms()});
