@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""What the READMEs name exists: files, commands and their options, campaigns. usage: documentation.py COHORT"""
+import functools
+import pathlib
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+COHORT = sys.argv.pop(1)
+COARSE = ["--device", "cpu", "--set", "grid.dx_mm=6"]
+FOLDERS = "solver|kernels|ensemble|configs|jobs|tests|analysis"
+MADE_LATER = {"tests/results/"}
+
+
+def documents():
+    """The texts of all READMEs, CHANGELOG and CONTRIBUTING."""
+    return [path.read_text() for path in sorted([*SOURCE.glob("*.md"), *SOURCE.glob("*/README.md")])]
+
+
+def blocks(text, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def commands(text):
+    """Lines of shell blocks, without comments."""
+    for block in blocks(text, "sh"):
+        yield from filter(None, (shlex.split(line, comments=True) for line in block.splitlines()))
+
+
+def cohort(*arguments):
+    return subprocess.run([COHORT, *arguments], cwd=SOURCE, capture_output=True, text=True)
+
+
+@functools.cache
+def options(command):
+    """The options of a command, from its own help."""
+    result = cohort(command, "--help")
+    return set(re.findall(r"--[a-z][a-z-]*", result.stdout)) if result.returncode == 0 else None
+
+
+class Documentation(unittest.TestCase):
+    def check_cohort(self, words):
+        command, arguments = words[0], words[1:]
+        self.assertIsNotNone(options(command), f"cohort {command} does not exist")
+        unknown = {word for word in arguments if word.startswith("--")} - options(command)
+        self.assertFalse(unknown, f"cohort {command} has no {unknown}")
+        configs = [word for word in arguments if word.endswith(".yaml")]
+        if command in ("run", "plan"):
+            self.assertEqual(len(configs), 1)
+            overrides = [part for i, word in enumerate(arguments) if word == "--set" for part in (word, arguments[i + 1])]
+            result = cohort("plan", *configs, *overrides, *COARSE)
+            self.assertEqual(result.returncode, 0, result.stderr)
+        if command == "parameters":
+            self.assertEqual(cohort(command, *arguments).returncode, 0)
+
+    def test_there_is_a_readme_in_each_folder(self):
+        for folder in FOLDERS.split("|"):
+            self.assertTrue((SOURCE / folder / "README.md").exists(), folder)
+
+    def test_paths_exist(self):
+        found = 0
+        for text in documents():
+            for path in re.findall(rf"(?<![\w/.<-])((?:{FOLDERS})/[\w./]*)", text):
+                path = path.rstrip(".")
+                if path not in MADE_LATER:
+                    self.assertTrue((SOURCE / path).exists(), path)
+                    found += 1
+        self.assertGreater(found, 20)
+
+    def test_commands_exist(self):
+        found = 0
+        for text in documents():
+            for words in commands(text):
+                for i, word in enumerate(words):
+                    if word == "cohort" or word.endswith("/cohort"):
+                        self.check_cohort(words[i + 1:])
+                        found += 1
+                    elif word.endswith(".slurm"):
+                        self.check_cohort(["run", *words[i + 1:]])
+                    elif word == "-m":
+                        result = subprocess.run([sys.executable, "-m", words[i + 1], "--help"], cwd=SOURCE, capture_output=True,
+                                                text=True)
+                        self.assertEqual(result.returncode, 0, words)
+                        for option in (word for word in words[i + 2:] if word.startswith("-")):
+                            self.assertIn(option, result.stdout)
+            for command in re.findall(r"`cohort ([a-z]+)", text):
+                self.assertIsNotNone(options(command), f"cohort {command} does not exist")
+        self.assertGreater(found, 8)
+
+    def test_campaigns_can_be_planned(self):
+        found = 0
+        for text in documents():
+            for block in blocks(text, "yaml"):
+                with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+                    file.write(block)
+                    file.flush()
+                    result = cohort("plan", file.name, *COARSE)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                found += 1
+        self.assertGreater(found, 0)
+
+    def test_every_configuration_is_described(self):
+        readme = (SOURCE / "configs/README.md").read_text()
+        for config in (SOURCE / "configs").glob("*.yaml"):
+            self.assertIn(f"configs/{config.name}", readme)
+
+    def test_every_configuration_can_be_planned(self):
+        for config in (SOURCE / "configs").glob("*.yaml"):
+            with self.subTest(config.name):
+                grid = "grid.dx_mm=1" if config.name == "slab.yaml" else "grid.dx_mm=6"
+                result = cohort("plan", str(config), "--device", "cpu", "--set", grid)
+                self.assertEqual(result.returncode, 0, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
