@@ -16,7 +16,9 @@ Scene coarse_heart() {
   scene.activation.emplace();
   scene.stimuli = {{"sinus", Stimulus::Kind::site, "sinoatrial_node"}};
   declare_parameters(scene);
-  const auto set = [&](const char* path, double value) { scene.parameters[scene.parameters.index(path)].value = value; };
+  const auto set = [&](const char* path, double value) {
+    scene.parameters[scene.parameters.index(path)].value = value;
+  };
   set("grid.dx_mm", 5);
   set("time.end_ms", 40);
   set("outputs.ecg.rate_hz", 500);
@@ -29,12 +31,14 @@ Scene coarse_heart() {
 
 Member member(const Scene& scene, std::int64_t id, std::vector<std::pair<std::string, double>> changes) {
   Member result{id, scene.parameters.values()};
-  for (const auto& [path, value] : changes) result.values[static_cast<size_t>(scene.parameters.index(path))] = value;
+  for (const auto& [path, value] : changes)
+    result.values[static_cast<size_t>(scene.parameters.index(path))] = value;
   scene.parameters.resolve(result.values);
   return result;
 }
 
-std::vector<Recording> run(const Scene& scene, const std::vector<Member>& members, int batch, double timeout_s = 600) {
+std::vector<Recording> run(const Scene& scene, const std::vector<Member>& members, int batch,
+                           double timeout_s = 600) {
   PlanOptions options;
   options.members_per_device = batch;
   const Plan plan = make_plan(device(), scene, members, options);
@@ -59,7 +63,8 @@ TEST(Simulation, AMembersBytesDoNotDependOnItsBatch) {
       member(scene, 2, {{tau_in, 0.1}}), member(scene, 3, {{"torso.half_width_mm", 185}}),
       member(scene, 4, {{"electrophysiology.regions.la.tau_close_ms", 60}})};
   std::vector<Member> all = members;
-  const std::vector<Recording> alone = run(scene, all, 1), together = run(scene, all, 5), pairs = run(scene, all, 2);
+  const std::vector<Recording> alone = run(scene, all, 1), together = run(scene, all, 5),
+                               pairs = run(scene, all, 2);
   for (size_t m = 0; m < all.size(); ++m) {
     ASSERT_EQ(alone[m].outcome, Outcome::done) << alone[m].reason;
     for (const std::vector<Recording>* other : {&together, &pairs}) {
@@ -67,9 +72,13 @@ TEST(Simulation, AMembersBytesDoNotDependOnItsBatch) {
       ASSERT_EQ(recording.outcome, Outcome::done) << recording.reason;
       EXPECT_EQ(recording.dt_ms, alone[m].dt_ms);
       ASSERT_EQ(recording.ecg.size(), alone[m].ecg.size());
-      EXPECT_EQ(std::memcmp(recording.ecg.data(), alone[m].ecg.data(), alone[m].ecg.size() * sizeof(float)), 0) << m;
+      EXPECT_EQ(std::memcmp(recording.ecg.data(), alone[m].ecg.data(), alone[m].ecg.size() * sizeof(float)),
+                0)
+          << m;
       EXPECT_EQ(std::memcmp(recording.features.data(), alone[m].features.data(),
-                            alone[m].features.size() * sizeof(float)), 0) << m;
+                            alone[m].features.size() * sizeof(float)),
+                0)
+          << m;
     }
   }
   EXPECT_LT(alone[2].dt_ms, alone[0].dt_ms);
@@ -99,11 +108,12 @@ TEST(Simulation, LimbLeadsAreExactCombinationsAndNothingIsUndefined) {
 
 TEST(Simulation, AMemberThatCannotRunIsRejectedWithItsReasonAndTheOthersRun) {
   Scene scene = coarse_heart();
-  const std::vector<Member> members = {member(scene, 0, {}), member(scene, 1, {{"stimuli.sinus.radius_mm", 0.01}}),
-                                       member(scene, 2, {})};
+  const std::vector<Member> members = {
+      member(scene, 0, {}), member(scene, 1, {{"stimuli.sinus.radius_mm", 0.01}}), member(scene, 2, {})};
   const std::vector<Recording> recordings = run(scene, members, 3);
   EXPECT_EQ(recordings[1].outcome, Outcome::rejected);
-  EXPECT_NE(recordings[1].reason.find("stimulus \"sinus\" reaches no tissue"), std::string::npos) << recordings[1].reason;
+  EXPECT_NE(recordings[1].reason.find("stimulus \"sinus\" reaches no tissue"), std::string::npos)
+      << recordings[1].reason;
   EXPECT_EQ(recordings[0].outcome, Outcome::done);
   EXPECT_EQ(recordings[0].ecg, recordings[2].ecg);
 }
@@ -111,8 +121,9 @@ TEST(Simulation, AMemberThatCannotRunIsRejectedWithItsReasonAndTheOthersRun) {
 TEST(Simulation, AnUnstableMemberSaysWhenAndDoesNotTouchItsNeighbours) {
   Scene scene = coarse_heart();
   scene.parameters[scene.parameters.index("time.dt_ms")].value = 2;  // beyond what the cell model bears
-  const std::vector<Member> members = {member(scene, 0, {{tau_in, 0.05}, {"stimuli.sinus.amplitude_mV_per_ms", 1000}}),
-                                       member(scene, 1, {{tau_in, 5}, {"stimuli.sinus.amplitude_mV_per_ms", 10}})};
+  const std::vector<Member> members = {
+      member(scene, 0, {{tau_in, 0.05}, {"stimuli.sinus.amplitude_mV_per_ms", 1000}}),
+      member(scene, 1, {{tau_in, 5}, {"stimuli.sinus.amplitude_mV_per_ms", 10}})};
   const std::vector<Recording> recordings = run(scene, members, 2);
   EXPECT_EQ(recordings[0].outcome, Outcome::unstable) << recordings[0].reason;
   EXPECT_GT(recordings[0].failed_at_ms, 0);
