@@ -28,16 +28,6 @@ constexpr cl_device_info device_pci_domain_nv = 0x400A;
 
 std::string unique_id(const cl::Device& device, const std::string& fallback) {
   const std::string extensions = device.getInfo<CL_DEVICE_EXTENSIONS>();
-  if (extensions.find("cl_nv_device_attribute_query") != std::string::npos) {
-    cl_uint bus = 0, slot = 0, domain = 0;
-    if (clGetDeviceInfo(device(), device_pci_bus_nv, sizeof bus, &bus, nullptr) == CL_SUCCESS &&
-        clGetDeviceInfo(device(), device_pci_slot_nv, sizeof slot, &slot, nullptr) == CL_SUCCESS) {
-      clGetDeviceInfo(device(), device_pci_domain_nv, sizeof domain, &domain, nullptr);
-      std::array<char, 32> text{};
-      std::snprintf(text.data(), text.size(), "pci %04x:%02x:%02x", domain, bus, slot >> 3);
-      return text.data();
-    }
-  }
   if (extensions.find("cl_khr_device_uuid") != std::string::npos) {
     std::array<unsigned char, 16> uuid{};
     if (clGetDeviceInfo(device(), device_uuid_khr, uuid.size(), uuid.data(), nullptr) == CL_SUCCESS) {
@@ -48,6 +38,16 @@ std::string unique_id(const cl::Device& device, const std::string& fallback) {
         text += hex.data();
       }
       return text;
+    }
+  }
+  if (extensions.find("cl_nv_device_attribute_query") != std::string::npos) {
+    cl_uint bus = 0, slot = 0, domain = 0;
+    if (clGetDeviceInfo(device(), device_pci_bus_nv, sizeof bus, &bus, nullptr) == CL_SUCCESS &&
+        clGetDeviceInfo(device(), device_pci_slot_nv, sizeof slot, &slot, nullptr) == CL_SUCCESS) {
+      clGetDeviceInfo(device(), device_pci_domain_nv, sizeof domain, &domain, nullptr);
+      std::array<char, 32> text{};
+      std::snprintf(text.data(), text.size(), "pci %04x:%02x:%02x", domain, bus, slot);
+      return text.data();
     }
   }
   return fallback;
