@@ -45,6 +45,7 @@ kernel void record_blocks(global const real *restrict V, global const real *rest
 #else
   const int block = get_global_id(0);
   realv total[QUANTITIES];
+#pragma unroll
   for (int q = 0; q < QUANTITIES; ++q) total[q] = 0;
   for (int k = 0; k < BLOCK; k += WIDTH) {
     const int i = FIRST_CELL + block * BLOCK + k;
@@ -53,12 +54,15 @@ kernel void record_blocks(global const real *restrict V, global const real *rest
     const intv tissue = isgreater(inverse, (realv)(0));
     realv u = fma(dt_half * inverse, diffusion(V, stencil, stride, rows, i), LOAD(V + i));
     u = WHERE(tissue, u, (realv)(0));
+#pragma unroll
     for (int q = 0; q < LEADS; ++q) total[q] = fma(LOAD(weights + i + q * (size_t)stride), u, total[q]);
     total[LEADS] += WHERE(isless(fabs(u), (realv)(LARGEST_POTENTIAL_mV)), (realv)(0), (realv)(1));
   }
+#pragma unroll
   for (int q = 0; q < QUANTITIES; ++q) {
-    real sum = 0;
-    for (int k = 0; k < WIDTH; ++k) sum += LANE(total[q], k);
+    real lane[WIDTH], sum = 0;
+    STORE(total[q], lane);
+    for (int k = 0; k < WIDTH; ++k) sum += lane[k];
     partial[block + q * blocks] = sum;
   }
 #endif

@@ -58,17 +58,18 @@ kernel void gather_cells(global const uchar *restrict region, global const float
 }
 
 // Compact places of the eight neighbouring rows. place[]: segment number of each run of the grid, 1 (void) where it
-// holds no tissue; tissue never touches the grid's outermost cells, so that no neighbour lies outside.
+// holds no tissue. A member whose tissue touches the grid's outermost cells is rejected, but must not lead out of the array.
 kernel void link_segments(global const int *restrict first_cell, global const int *restrict place,
-                          global int8 *restrict neighbours) {
+                          global int8 *restrict neighbours, const int grid_cells) {
   const int s = get_global_id(0);
   const int cell = first_cell[s];
   int8 n = (int8)VOID_CELL;
   if (cell >= 0) {
     const int run = cell / LANES, row = NX / LANES, layer = NX / LANES * NY;
-    n = LANES * (int8)(place[run - row], place[run + row], place[run - layer], place[run + layer],
-                       place[run - row - layer], place[run + row - layer],
-                       place[run - row + layer], place[run + row + layer]);
+    const int8 runs = clamp(run + (int8)(-row, row, -layer, layer, -row - layer, row - layer, layer - row, layer + row),
+                            0, grid_cells / LANES - 1);
+    n = LANES * (int8)(place[runs.s0], place[runs.s1], place[runs.s2], place[runs.s3], place[runs.s4], place[runs.s5],
+                       place[runs.s6], place[runs.s7]);
   }
   neighbours[s] = n;
 }

@@ -26,8 +26,10 @@ void read_declaration(CellModel& model, std::istringstream& words) {
   words >> kind;
   if (kind == "parameter") {
     Parameter p{};
-    words >> p.path >> p.value >> p.lower >> p.upper >> p.unit >> std::quoted(p.meaning) >> std::quoted(p.source);
-    if (!words) throw std::invalid_argument("want: parameter NAME DEFAULT LOWER UPPER UNIT \"meaning\" \"source\"");
+    words >> p.path >> p.value >> p.lower >> p.upper >> p.unit >> std::quoted(p.meaning) >>
+        std::quoted(p.source);
+    if (!words)
+      throw std::invalid_argument("want: parameter NAME DEFAULT LOWER UPPER UNIT \"meaning\" \"source\"");
     model.parameters.push_back(std::move(p));
   } else if (kind == "state") {
     CellModel::State state;
@@ -74,18 +76,21 @@ CellModel read_cell_model(const std::string& name) {
     }
   }
   if (model.rest < 0 || model.states.empty())
-    throw std::invalid_argument("kernels/cells/" + name + ending + ": a cell model needs rest and state lines");
+    throw std::invalid_argument("kernels/cells/" + name + ending +
+                                ": a cell model needs rest and state lines");
   return model;
 }
 
 std::string CellModel::macros() const {
   std::ostringstream text;
   text << std::setprecision(17);
-  for (size_t k = 0; k < parameters.size(); ++k) text << "#define P_" << parameters[k].path << " " << k << "\n";
+  for (size_t k = 0; k < parameters.size(); ++k)
+    text << "#define P_" << parameters[k].path << " " << k << "\n";
   for (size_t k = 0; k < derived.size(); ++k) text << "#define D_" << derived[k].name << " " << k << "\n";
   for (size_t k = 0; k < states.size(); ++k) text << "#define S_" << states[k].name << " " << k << "\n";
   text << "#define CELL_PARAMETERS " << parameters.size() << "\n#define CELL_DERIVED " << derived.size()
-       << "\n#define CELL_STATES " << states.size() << "\n#define REST " << rest << "\n#define INITIAL_STATES {";
+       << "\n#define CELL_STATES " << states.size() << "\n#define REST " << rest
+       << "\n#define INITIAL_STATES {";
   for (const State& state : states) text << state.initial << ", ";
   text << "}\n";
   return text.str();
@@ -95,8 +100,8 @@ std::vector<std::string> cell_models() {
   std::vector<std::string> names;
   for (const std::string& file : kernel_files()) {
     if (!file.starts_with(folder) || !file.ends_with(ending)) continue;
-    names.push_back(file.substr(std::string(folder).size(), file.size() - std::string(folder).size() -
-                                                                std::string(ending).size()));
+    names.push_back(file.substr(std::string(folder).size(),
+                                file.size() - std::string(folder).size() - std::string(ending).size()));
   }
   return names;
 }

@@ -32,8 +32,8 @@ struct CellModel {
   std::string macros() const;
 };
 
-/// Reads kernels/cells/<name>.cl. Throws std::invalid_argument where there is no such model or its declarations are
-/// not as above (with the line).
+/// Reads kernels/cells/<name>.cl. Throws std::invalid_argument where there is no such model or its
+/// declarations are not as above (with the line).
 CellModel read_cell_model(const std::string& name);
 
 }  // namespace cohort

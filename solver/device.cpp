@@ -19,7 +19,8 @@ extern const std::map<std::string, std::string> embedded_kernels;
 
 namespace {
 
-// Tokens of cl_khr_device_uuid, cl_khr_pci_bus_info and cl_nv_device_attribute_query; the 1.2 headers lack some.
+// Tokens of cl_khr_device_uuid, cl_khr_pci_bus_info and cl_nv_device_attribute_query; the 1.2 headers lack
+// some.
 constexpr cl_device_info device_uuid_khr = 0x106A;
 constexpr cl_device_info device_pci_bus_nv = 0x4008;
 constexpr cl_device_info device_pci_slot_nv = 0x4009;

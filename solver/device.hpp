@@ -4,20 +4,21 @@
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #include <CL/opencl.hpp>
-
 #include <string>
 #include <vector>
 
 namespace cohort {
 
 struct DeviceInfo {
-  std::string name, platform, unique_id;  ///< unique_id: PCI address or UUID where the driver tells, else platform and index
+  std::string name, platform,
+      unique_id;  ///< unique_id: PCI address or UUID where the driver tells, else platform and index
   bool gpu;
   std::size_t memory_bytes;
   cl::Device handle;
 };
 
-/// Every OpenCL device of every platform, GPUs first, then by unique id: the same order on every rank of a host.
+/// Every OpenCL device of every platform, GPUs first, then by unique id: the same order on every rank of a
+/// host.
 std::vector<DeviceInfo> devices();
 
 /// The device of one rank, with its context and queues.
@@ -34,9 +35,9 @@ class Device {
   /// Lanes of the explicit vectors that hot kernels use: 1 on GPUs, 8 on CPUs (4 in double precision).
   int vector_width(bool double_precision) const;
 
-  /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive, with `definitions` as
-  /// -D options ("NAME" or "NAME=value") and `generated` source in front. Programs are kept: the same request
-  /// compiles once. Throws std::runtime_error with the build log.
+  /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive, with
+  /// `definitions` as -D options ("NAME" or "NAME=value") and `generated` source in front. Programs are kept:
+  /// the same request compiles once. Throws std::runtime_error with the build log.
   cl::Program build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
                     const std::string& generated = {});
 
@@ -56,8 +57,8 @@ class Device {
   double triad_ = 0;
 };
 
-/// Source of a file of kernels/ by its path below it ("cells/mitchell_schaeffer.cl"): embedded at build time, or read
-/// from the folder that the environment variable COHORT_KERNELS names. Throws std::out_of_range.
+/// Source of a file of kernels/ by its path below it ("cells/mitchell_schaeffer.cl"): embedded at build time,
+/// or read from the folder that the environment variable COHORT_KERNELS names. Throws std::out_of_range.
 std::string kernel_source(const std::string& file);
 /// Paths of all embedded kernel files, sorted.
 std::vector<std::string> kernel_files();

@@ -22,9 +22,9 @@ Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& 
       device.build({"segments.clh", "stencil.cl"}, definitions.options, definitions.generated);
   tensor_ = launcher.handle(program, "conductivity_tensor");
   assemble_ = launcher.handle(program, "assemble_stencil");
-  const cl::Program reductions =
-      device.build({"segments.clh", "diffusion.clh", "record.cl"},
-                   with(definitions.options, {"WIDTH=" + std::to_string(width_), "LEADS=0"}), definitions.generated);
+  const cl::Program reductions = device.build(
+      {"segments.clh", "diffusion.clh", "record.cl"},
+      with(definitions.options, {"WIDTH=" + std::to_string(width_), "LEADS=0"}), definitions.generated);
   bound_ = launcher.handle(reductions, "diffusion_bound");
 }
 
@@ -37,26 +37,30 @@ void Diffusion::reserve(const Tissue& tissue) {
 }
 
 void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
-                         bool membrane, const cl::Buffer& stencil) {
+                         Use use, const cl::Buffer& stencil) {
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double dx = tissue.grid().dx_mm;
-  launcher_(tensor_, cl::NDRange(n), cl::NullRange, 9 * static_cast<double>(n * real_bytes(precision_)), parameters,
-            tissue.member_of, tissue.region, tissue.fibre, conductivity_, tissue.stride, offset,
-            Real{scale / (dx * dx)}, membrane ? 1 : 0);
-  assemble_tensors(tissue, conductivity_, stencil);
+  launcher_(tensor_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            9 * static_cast<double>(n * real_bytes(precision_)), parameters, tissue.member_of, tissue.region,
+            tissue.fibre, conductivity_, tissue.stride, offset, Real{scale / (dx * dx)},
+            use == Use::monodomain ? 1 : 0);
+  assemble_tensors(tissue, conductivity_, use, stencil);
 }
 
-void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, const cl::Buffer& stencil) {
+void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, Use use,
+                                 const cl::Buffer& stencil) {
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
-  launcher_(assemble_, cl::NDRange(n), cl::NullRange, 13 * static_cast<double>(n * real_bytes(precision_)),
-            tissue.first_cell, tissue.place, tissue.capacity, tensors, stencil, tissue.stride);
+  launcher_(assemble_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            13 * static_cast<double>(n * real_bytes(precision_)), tissue.first_cell, tissue.place,
+            tissue.capacity, tensors, stencil, tissue.stride, use == Use::ecg_source ? 1 : 0,
+            static_cast<int>(tissue.places.size()) * Tissue::lanes);
 }
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
-  launcher_(bound_, cl::NDRange(blocks), cl::NullRange,
+  launcher_(bound_, cl::NDRange(blocks), cl::NDRange(1),
             8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), stencil,
             tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);
   std::vector<std::byte> raw(blocks * real_bytes(precision_));

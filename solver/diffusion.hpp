@@ -10,18 +10,24 @@ namespace cohort {
 /// The operator div(D grad u) on the tissue, assembled by kernels/stencil.cl as couplings (6, stride).
 class Diffusion {
  public:
+  /// What the operator is for: a potential without flux through the surface, or the source of the ECG
+  /// (kernels/stencil.cl says how they differ in cut cells).
+  enum class Use { monodomain, ecg_source };
+
   Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions);
 
-  /// Assembles couplings of sigma * scale / dx^2 into `stencil` (6, stride), sigma from the regions' parameters at
-  /// `offset` (longitudinal, transverse behind it), divided by each member's chi Cm where `membrane`. The tissue's fibres must
-  /// have been built.
-  void assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale, bool membrane,
+  /// Assembles couplings of sigma * scale / dx^2 into `stencil` (6, stride), sigma from the regions'
+  /// parameters at `offset` (longitudinal, transverse behind it), for the monodomain equation divided by each
+  /// member's chi Cm. The tissue's fibres must have been built.
+  void assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale, Use use,
                 const cl::Buffer& stencil);
 
-  /// As above, from tensors (6, stride) xx yy zz xy xz yz that the caller has written, already divided by dx^2.
-  void assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, const cl::Buffer& stencil);
+  /// As above, from tensors (6, stride) xx yy zz xy xz yz that the caller has written, already divided by
+  /// dx^2.
+  void assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, Use use, const cl::Buffer& stencil);
 
-  /// Gershgorin's bound of the largest |eigenvalue| of the operator over capacity, 1/ms, by member; read back.
+  /// Gershgorin's bound of the largest |eigenvalue| of the operator over capacity, 1/ms, by member; read
+  /// back.
   std::vector<double> bound(const Tissue& tissue, const cl::Buffer& stencil);
 
   static std::size_t bytes(std::int64_t stride, Precision precision) {

@@ -12,8 +12,10 @@ constexpr const char* niederer = "Niederer et al. 2011, table 1";
 // The conductivities that a region may set for itself, in the order of its run in the table.
 const std::vector<Parameter>& conductivities() {
   static const std::vector<Parameter> list = {
-      {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres", thesis},
-      {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres", thesis},
+      {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
+       thesis},
+      {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
+       thesis},
       {"intracellular_longitudinal_mS_per_mm", "mS/mm", 0.17, 0, 10,
        "intracellular conductivity along fibres, source of the ECG", niederer},
       {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
@@ -32,7 +34,8 @@ void declare_electrophysiology(Scene& scene) {
     p.path = root + p.path;
     table.add(p);
   }
-  table.add({root + "surface_to_volume_per_mm", "1/mm", 140, 1, 10000, "membrane area in a volume of tissue", niederer});
+  table.add({root + "surface_to_volume_per_mm", "1/mm", 140, 1, 10000, "membrane area in a volume of tissue",
+             niederer});
   table.add({root + "capacitance_uF_per_mm2", "uF/mm2", 0.01, 1e-4, 100, "membrane capacitance", niederer});
   table.add({root + "activation_threshold_mV", "mV", 0, -200, 200,
              "a cell is activated when its potential first rises through this", niederer});
@@ -87,7 +90,8 @@ void declare_stimuli(Scene& scene) {
     table.add({root + "duration_ms", "ms", 2, 1e-3, 1e6, "length of a pulse", niederer});
     table.add({root + "period_ms", "ms", 0, 0, 1e6, "from pulse to pulse; 0: one pulse only", source});
     table.add({root + "count", "1", 1, 1, 1e6, "number of pulses, with a period", source});
-    table.add({root + "amplitude_mV_per_ms", "mV/ms", 35.714, -1000, 1000, "rate of change of the potential", niederer});
+    table.add({root + "amplitude_mV_per_ms", "mV/ms", 35.714, -1000, 1000, "rate of change of the potential",
+               niederer});
     const Parameter length{"", "mm", 0, -1e4, 1e4, "where it acts", source};
     if (stimulus.kind == Stimulus::Kind::box) {
       Parameter lower = length, upper = length;

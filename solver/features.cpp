@@ -28,8 +28,9 @@ bool solve(std::array<std::array<double, 5>, 4>& a) {
   return true;
 }
 
-// Activation at a point: a linear least squares fit to the activated cells of the 3 x 3 x 3 block nearest to it, so that
-// a point on the surface, half a cell beyond the last centres, is extrapolated to and not rounded to its cell.
+// Activation at a point: a linear least squares fit to the activated cells of the 3 x 3 x 3 block nearest to
+// it, so that a point on the surface, half a cell beyond the last centres, is extrapolated to and not rounded
+// to its cell.
 float probe_activation(const Tissue& tissue, std::span<const float> activation, std::size_t m,
                        const std::array<double, 3>& point) {
   const Grid& grid = tissue.grid();
@@ -50,13 +51,16 @@ float probe_activation(const Tissue& tissue, std::span<const float> activation, 
     for (std::int64_t dy = -reach; dy <= reach; ++dy)
       for (std::int64_t dx = -reach; dx <= reach; ++dx) {
         const std::int64_t x = nearest[0] + dx, y = nearest[1] + dy, z = nearest[2] + dz;
-        if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2]) continue;
+        if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
+          continue;
         const std::int64_t cell =
             x + grid.cells[0] * (y + grid.cells[1] * (z + grid.cells[2] * static_cast<std::int64_t>(m)));
-        const auto i = static_cast<std::size_t>(tissue.places[static_cast<size_t>(cell / Tissue::lanes)]) * Tissue::lanes +
+        const auto i = static_cast<std::size_t>(tissue.places[static_cast<size_t>(cell / Tissue::lanes)]) *
+                           Tissue::lanes +
                        static_cast<std::size_t>(cell % Tissue::lanes);
         if (tissue.regions[i] == 255 || activation[i] < 0) continue;
-        const std::array<double, 3> offset = {static_cast<double>(x) - place[0], static_cast<double>(y) - place[1],
+        const std::array<double, 3> offset = {static_cast<double>(x) - place[0],
+                                              static_cast<double>(y) - place[1],
                                               static_cast<double>(z) - place[2]};
         samples.push_back({offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2], offset,
                            static_cast<double>(activation[i])});
@@ -88,19 +92,23 @@ std::vector<std::pair<std::string, std::string>> activation_feature_names(const 
     names.emplace_back("activation_last_" + region.name + "_ms", "ms");
     names.emplace_back("activated_share_" + region.name, "1");
   }
-  for (const std::string& probe : scene.activation->probes) names.emplace_back("activation_" + probe + "_ms", "ms");
+  for (const std::string& probe : scene.activation->probes)
+    names.emplace_back("activation_" + probe + "_ms", "ms");
   return names;
 }
 
-std::vector<float> activation_features(const Scene& scene, const Tissue& tissue, std::span<const float> activation,
-                                       std::size_t m, std::span<const double> values) {
+std::vector<float> activation_features(const Scene& scene, const Tissue& tissue,
+                                       std::span<const float> activation, std::size_t m,
+                                       std::span<const double> values) {
   struct Summary {
     float first = std::numeric_limits<float>::infinity(), last = -1;
     std::int64_t cells = 0, activated = 0;
   };
   std::vector<Summary> summaries(scene.regions.size());
-  const auto begin = static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
-  const auto end = static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
+  const auto begin =
+      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
+  const auto end =
+      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
   for (std::size_t i = begin; i < end; ++i) {
     if (tissue.regions[i] == 255) continue;
     Summary& summary = summaries[tissue.regions[i]];
@@ -116,12 +124,14 @@ std::vector<float> activation_features(const Scene& scene, const Tissue& tissue,
     const Summary& summary = summaries[r];
     features.push_back(summary.activated > 0 ? summary.first : undefined);
     features.push_back(summary.activated > 0 ? summary.last : undefined);
-    features.push_back(summary.cells > 0 ? static_cast<float>(summary.activated) / static_cast<float>(summary.cells)
-                                         : undefined);
+    features.push_back(summary.cells > 0
+                           ? static_cast<float>(summary.activated) / static_cast<float>(summary.cells)
+                           : undefined);
   }
   for (const std::string& probe : scene.activation->probes) {
     const auto coordinate = [&](const char* axis) {
-      return values[static_cast<size_t>(scene.parameters.index("outputs.activation.probes." + probe + "_mm" + axis))];
+      return values[static_cast<size_t>(
+          scene.parameters.index("outputs.activation.probes." + probe + "_mm" + axis))];
     };
     features.push_back(
         probe_activation(tissue, activation, m, {coordinate(".x"), coordinate(".y"), coordinate(".z")}));

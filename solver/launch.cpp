@@ -15,7 +15,8 @@ void Launcher::enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRa
   entry.bytes += bytes;
   if (profiling_) {
     cl::Event event;
-    device_.profiling_queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local, nullptr, &event);
+    device_.profiling_queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local, nullptr,
+                                                   &event);
     events_.emplace_back(handle.entry, event);
   } else {
     device_.queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local);

@@ -18,8 +18,8 @@ struct Real4 {
   double x, y, z, w;
 };
 
-/// Launches kernels and keeps, for each, the number of calls, the bytes it must move and its device time. Times come
-/// from launches made while `profile(true)`; the others are assumed to cost the same.
+/// Launches kernels and keeps, for each, the number of calls, the bytes it must move and its device time.
+/// Times come from launches made while `profile(true)`; the others are assumed to cost the same.
 class Launcher {
  public:
   /// `precision` is that of the kernels' type `real`.

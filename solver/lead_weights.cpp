@@ -14,7 +14,8 @@ LeadWeights::LeadWeights(Launcher& launcher, const Scene& scene, const Definitio
   std::vector<std::string> options = definitions.options;
   options.push_back("LEADS=" + std::to_string(leads));
   for (const std::string& definition : torso_.definitions()) options.push_back(definition);
-  const std::vector<std::string> files = {"segments.clh", "diffusion.clh", "lead_field.clh", "lead_weights.cl"};
+  const std::vector<std::string> files = {"segments.clh", "diffusion.clh", "lead_field.clh",
+                                          "lead_weights.cl"};
   sample_ = launcher.handle(device.build(files, options, definitions.generated), "sample_leads");
   options.push_back("WIDTH=" + std::to_string(width_));
   weigh_ = launcher.handle(device.build(files, options, definitions.generated), "lead_weights");
@@ -39,7 +40,8 @@ void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl:
   }
   // sigma_i / dx^2 times the volume dx^3 of a cell.
   const double dx = tissue.grid().dx_mm;
-  diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, false, stencil_);
+  diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, Diffusion::Use::ecg_source,
+                     stencil_);
 
   for (size_t m = 0; m < members.size(); ++m) {
     launcher_.queue().finish();  // the torso's solver has a queue of its own while this one profiles
@@ -50,13 +52,15 @@ void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl:
     launcher_.queue().enqueueWriteBuffer(block_, CL_TRUE, 0, block.size(), block.data());
     const int first = Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells;
     const int count = (tissue.first_block[m + 1] - tissue.first_block[m]) * Tissue::block_cells;
-    launcher_(sample_, cl::NDRange(static_cast<size_t>(count)), cl::NullRange, 40.0 * count, fields.potential, block_,
-              tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.region, potentials_, tissue.stride, first);
+    launcher_(sample_, cl::NDRange(static_cast<size_t>(count)), cl::NDRange(Tissue::group), 40.0 * count,
+              fields.potential, block_, tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.region,
+              potentials_, tissue.stride, first);
   }
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  launcher_(weigh_, cl::NDRange(cells / static_cast<size_t>(width_)), cl::NullRange,
-            static_cast<double>(cells * real) * (2 * leads + 6), potentials_, stencil_, tissue.neighbours, weights_,
-            tissue.stride);
+  launcher_(weigh_, cl::NDRange(cells / static_cast<size_t>(width_)),
+            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
+            static_cast<double>(cells * real) * (2 * leads + 6), potentials_, stencil_, tissue.neighbours,
+            weights_, tissue.stride);
 }
 
 }  // namespace cohort

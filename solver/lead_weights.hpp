@@ -14,8 +14,8 @@ class LeadWeights {
 
   LeadWeights(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch);
 
-  /// Weights (leads, stride) of the batch on `tissue`, whose fibres must have been built. `parameters` on the device are
-  /// those of `members`. Solves the torso where a member's differs from the last one's.
+  /// Weights (leads, stride) of the batch on `tissue`, whose fibres must have been built. `parameters` on the
+  /// device are those of `members`. Solves the torso where a member's differs from the last one's.
   void assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
                 std::span<const Member> members);
   const cl::Buffer& weights() const { return weights_; }

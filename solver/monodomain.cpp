@@ -7,7 +7,8 @@
 
 namespace cohort {
 
-Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch)
+Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                       int members_per_batch)
     : launcher_(launcher),
       scene_(scene),
       definitions_(definitions),
@@ -20,7 +21,8 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
   const std::size_t real = real_bytes(scene.precision);
   derived_ = device.allocate(members * model_.derived.size() * real);
   fastest_rate_buffer_ = device.allocate(members * real);
-  stimuli_buffer_ = device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
+  stimuli_buffer_ =
+      device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
   if (!scene.stimuli.empty()) {
     std::vector<std::string> options = definitions.options;
     options.push_back("STIMULI=" + std::to_string(scene.stimuli.size()));
@@ -31,13 +33,16 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
 }
 
 void Monodomain::choose_fields(std::span<const Member> members) {
-  // A derived constant becomes a field where a parameter it depends on differs between the regions of any member.
+  // A derived constant becomes a field where a parameter it depends on differs between the regions of any
+  // member.
   std::vector<bool> varies(model_.parameters.size(), false);
   for (const Member& member : members) {
     for (int slot = 0; slot < regions_.slots; ++slot) {
       for (size_t k = 0; k < model_.parameters.size(); ++k) {
-        const auto regional = static_cast<size_t>(regions_.first + slot * regions_.stride + regions_.cell_offset) + k;
-        if (member.values[regional] != member.values[static_cast<size_t>(regions_.cell_first) + k]) varies[k] = true;
+        const auto regional =
+            static_cast<size_t>(regions_.first + slot * regions_.stride + regions_.cell_offset) + k;
+        if (member.values[regional] != member.values[static_cast<size_t>(regions_.cell_first) + k])
+          varies[k] = true;
       }
     }
   }
@@ -58,8 +63,9 @@ void Monodomain::choose_fields(std::span<const Member> members) {
   for (size_t k = 0; k < field_of_.size(); ++k) {
     generated += std::to_string(field_of_[k]) + ",";
     load += "d[" + std::to_string(k) + "] = ";
-    load += field_of_[k] >= 0 ? "LOAD(derived_fields + " + std::to_string(field_of_[k]) + " * (size_t)stride + i); "
-                              : "derived[(member) * CELL_DERIVED + " + std::to_string(k) + "]; ";
+    load += field_of_[k] >= 0
+                ? "LOAD(derived_fields + " + std::to_string(field_of_[k]) + " * (size_t)stride + i); "
+                : "derived[(member) * CELL_DERIVED + " + std::to_string(k) + "]; ";
   }
   generated += "};\n" + load + "} while (0)\n";
   const std::string cell = "cells/" + model_.name + ".cl";
@@ -74,7 +80,8 @@ void Monodomain::choose_fields(std::span<const Member> members) {
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
   if (scene_.activation) options.push_back("ACTIVATION");
-  const cl::Program program = device.build({"segments.clh", "diffusion.clh", cell, "monodomain.cl"}, options, generated);
+  const cl::Program program =
+      device.build({"segments.clh", "diffusion.clh", cell, "monodomain.cl"}, options, generated);
   entry->second.step = launcher_.handle(program, "monodomain_step");
   entry->second.diffusion_step = launcher_.handle(program, "diffusion_step");
   if (!scene_.stimuli.empty()) {
@@ -95,7 +102,8 @@ std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
 
 double Monodomain::bytes_per_cell_step() const {
   const auto real = static_cast<double>(real_bytes(scene_.precision));
-  // Potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours a segment.
+  // Potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours a
+  // segment.
   return real * static_cast<double>(2 + 2 * model_.states.size() + 6 + 1 + static_cast<size_t>(fields_)) + 4;
 }
 
@@ -116,14 +124,15 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
   }
   if (fields_ > fields_allocated_) {
     fields_allocated_ = fields_;
-    derived_fields_ = device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
+    derived_fields_ =
+        device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
-  diffusion.assemble(tissue, parameters, 0, 1.0, true, stencil_);
+  diffusion.assemble(tissue, parameters, 0, 1.0, Diffusion::Use::monodomain, stencil_);
   diffusion_limit_ms_.clear();
   for (const double largest : diffusion.bound(tissue, stencil_))
     diffusion_limit_ms_.push_back(largest > 0 ? 2 / largest : std::numeric_limits<double>::infinity());
 
-  launcher_(kernels_->derive, cl::NDRange(members.size()), cl::NullRange, 0, parameters, derived_,
+  launcher_(kernels_->derive, cl::NDRange(members.size()), cl::NDRange(1), 0, parameters, derived_,
             fastest_rate_buffer_, Real{1});
   std::vector<std::byte> rates(members.size() * real);
   launcher_.queue().enqueueReadBuffer(fastest_rate_buffer_, CL_TRUE, 0, rates.size(), rates.data());
@@ -140,9 +149,9 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
   const std::vector<std::byte> packed = pack(blocks, scene_.precision);
   cl::CommandQueue& queue = launcher_.queue();
   queue.enqueueWriteBuffer(stimuli_buffer_, CL_TRUE, 0, packed.size(), packed.data());
-  launcher_(mark_stimuli_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NullRange, 2.0 * tissue.stride,
-            stimuli_buffer_, tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.member_of, tissue.region,
-            stimulated_by_);
+  launcher_(mark_stimuli_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
+            2.0 * tissue.stride, stimuli_buffer_, tissue.grid().origin_and_spacing(), tissue.first_cell,
+            tissue.member_of, tissue.region, stimulated_by_);
   queue.enqueueReadBuffer(stimulated_by_, CL_TRUE, 0, stimulated_by_host_.size(), stimulated_by_host_.data());
 }
 
@@ -152,12 +161,12 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
   current_ = 0;
   const auto n = static_cast<std::size_t>(tissue.stride);
   const auto real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NullRange, 0, parameters, derived_,
-            fastest_rate_buffer_, Real{dt_ms});
-  launcher_(kernels_->initialise, cl::NDRange(n), cl::NullRange,
+  launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NDRange(1), 0, parameters,
+            derived_, fastest_rate_buffer_, Real{dt_ms});
+  launcher_(kernels_->initialise, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (5 + real * static_cast<double>(2 + model_.states.size())), parameters,
-            tissue.member_of, tissue.region, derived_fields_, potential_[0], potential_[1], states_, activation_,
-            tissue.stride, Real{dt_ms});
+            tissue.member_of, tissue.region, derived_fields_, potential_[0], potential_[1], states_,
+            activation_, tissue.stride, Real{dt_ms});
 }
 
 void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
@@ -173,13 +182,14 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
               Real{dt_diffusion});
     current_ = 1 - current_;
   }
-  const bool stimulated = std::any_of(stimuli_.begin(), stimuli_.end(), [&](const std::vector<double>& block) {
-    return stimulus_on(block, time_ms, dt_ms_);
-  });
-  launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local, bytes * bytes_per_cell_step(),
-            potential_[current_], potential_[1 - current_], states_, stencil_, tissue.inverse_capacity,
-            tissue.neighbours, tissue.member_of, derived_, derived_fields_, activation_, stimulated_by_,
-            stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{time_ms});
+  const bool stimulated =
+      std::any_of(stimuli_.begin(), stimuli_.end(),
+                  [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
+  launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
+            bytes * bytes_per_cell_step(), potential_[current_], potential_[1 - current_], states_, stencil_,
+            tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
+            activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion},
+            Real{dt_ms_}, Real{time_ms});
   current_ = 1 - current_;
 }
 

@@ -28,7 +28,8 @@ class Monodomain {
   /// One step from time_ms: diffusion (half a step when `first`, which opens the splitting), then reaction.
   void advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first);
 
-  /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays as it is.
+  /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays
+  /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
 
   /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.

@@ -19,7 +19,8 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
 
 }  // namespace
 
-Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members, const PlanOptions& options) {
+Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
+               const PlanOptions& options) {
   check_given_step(scene);
   Plan plan{};
   const Grid grid = make_grid(scene, members);
@@ -45,8 +46,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);
   plan.segments = static_cast<std::size_t>(tissue.stride / Tissue::lanes);
   for (size_t r = 0; r < scene.regions.size(); ++r)
-    if (scene.regions[r].excitable &&
-        std::find(tissue.regions.begin(), tissue.regions.end(), static_cast<std::uint8_t>(r)) == tissue.regions.end())
+    if (scene.regions[r].excitable && std::find(tissue.regions.begin(), tissue.regions.end(),
+                                                static_cast<std::uint8_t>(r)) == tissue.regions.end())
       throw std::invalid_argument("region \"" + scene.regions[r].name + "\" holds no cell at grid.dx_mm " +
                                   std::to_string(grid.dx_mm));
 
@@ -82,7 +83,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   } else {
     module("torso", false, "no ECG is asked for", {}, 0);
   }
-  module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks", {"record_blocks", "record_totals"},
+  module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
+         {"record_blocks", "record_totals"},
          static_cast<std::size_t>(stride / Tissue::block_cells + 1) * 9 * real_bytes(scene.precision));
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {}, 0);
@@ -96,7 +98,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
-  const TimeSteps steps = choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
+  const TimeSteps steps =
+      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
   const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   plan.dt_ms = steps.dt_ms;
   plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
@@ -104,7 +107,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   // Traffic at the measured bandwidth, or the launches, whichever is longer.
   const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
   constexpr double share_of_triad = 0.7;
-  const double bytes_per_step = static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
+  const double bytes_per_step =
+      static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
   const double step_s =
       std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9), launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;

@@ -8,7 +8,9 @@
 
 namespace cohort {
 
-inline std::size_t real_bytes(Precision precision) { return precision == Precision::double_ ? 8 : 4; }
+inline std::size_t real_bytes(Precision precision) {
+  return precision == Precision::double_ ? 8 : 4;
+}
 
 /// `numbers` as the device's reals, for a buffer.
 inline std::vector<std::byte> pack(std::span<const double> numbers, Precision precision) {

@@ -2,8 +2,8 @@
 
 namespace cohort {
 
-Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch,
-                   int samples)
+Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                   int members_per_batch, int samples)
     : launcher_(launcher),
       precision_(scene.precision),
       members_per_batch_(members_per_batch),
@@ -18,7 +18,8 @@ Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& de
       device.build({"segments.clh", "diffusion.clh", "record.cl"}, options, definitions.generated);
   record_blocks_ = launcher.handle(program, "record_blocks");
   record_totals_ = launcher.handle(program, "record_totals");
-  const auto bytes = static_cast<std::size_t>(samples * members_per_batch * quantities_) * real_bytes(precision_);
+  const auto bytes =
+      static_cast<std::size_t>(samples * members_per_batch * quantities_) * real_bytes(precision_);
   for (cl::Buffer& half : series_) half = device.allocate(bytes);
   first_block_ = device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int));
 }
@@ -36,26 +37,28 @@ void Recorder::prepare(const Tissue& tissue) {
                                        tissue.first_block.data());
 }
 
-void Recorder::sample(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer* weights, int slot) {
+void Recorder::sample(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer* weights,
+                      int slot) {
   const bool gpu = launcher_.device().info().gpu;
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
   const auto group = static_cast<std::size_t>(Tissue::block_cells);
   const double real = static_cast<double>(real_bytes(precision_));
   const double bytes = static_cast<double>(blocks * group) * (real * (8 + quantities_ - 1) + 4);
-  launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), gpu ? cl::NDRange(group) : cl::NullRange,
-            bytes, monodomain.potential(), monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
+  launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), cl::NDRange(gpu ? group : 1), bytes,
+            monodomain.potential(), monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
             weights != nullptr ? *weights : monodomain.potential(), partial_, tissue.stride, tissue.blocks,
             Real{0.5 * monodomain.dt_ms()});
   const auto rows = static_cast<std::size_t>(members_ * quantities_);
-  launcher_(record_totals_, cl::NDRange(gpu ? rows * group : rows), gpu ? cl::NDRange(group) : cl::NullRange,
-            static_cast<double>(blocks) * quantities_ * real, partial_, first_block_, series_[half_], tissue.blocks,
-            members_, slot);
+  launcher_(record_totals_, cl::NDRange(gpu ? rows * group : rows), cl::NDRange(gpu ? group : 1),
+            static_cast<double>(blocks) * quantities_ * real, partial_, first_block_, series_[half_],
+            tissue.blocks, members_, slot);
 }
 
 void Recorder::start_fetch(int count) {
   std::vector<std::byte>& host = host_[half_];
   host.resize(static_cast<std::size_t>(count * members_ * quantities_) * real_bytes(precision_));
-  launcher_.queue().enqueueReadBuffer(series_[half_], CL_FALSE, 0, host.size(), host.data(), nullptr, &arrived_[half_]);
+  launcher_.queue().enqueueReadBuffer(series_[half_], CL_FALSE, 0, host.size(), host.data(), nullptr,
+                                      &arrived_[half_]);
   launcher_.queue().flush();
   half_ = 1 - half_;
 }

@@ -7,11 +7,13 @@
 
 namespace cohort {
 
-/// Samples the leads and checks the potential of a batch on the device; the host reads many samples at a time.
+/// Samples the leads and checks the potential of a batch on the device; the host reads many samples at a
+/// time.
 class Recorder {
  public:
   /// samples: the most that are kept on the device between two fetches.
-  Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch, int samples);
+  Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch,
+           int samples);
 
   void prepare(const Tissue& tissue);
   /// Enqueues sample number `slot` of the current half of the buffer.

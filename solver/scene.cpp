@@ -11,8 +11,10 @@ namespace {
 void declare_grid_and_time(ParameterTable& table) {
   Parameter dx{"grid.dx_mm", "mm", 2, 0.01, 20, "edge of a cell", "thesis, table of run times"};
   Parameter end{"time.end_ms", "ms", 800, 0.001, 1e6, "simulated time", "one beat at 75 beats per minute"};
-  Parameter dt{"time.dt_ms", "ms", 0, 0, 10, "step of the reaction; 0: from the cell model's fastest rate", "measured"};
-  Parameter rate{"outputs.ecg.rate_hz", "Hz", 1000, 1, 1e5, "samples of the ECG in a second", "clinical recorders"};
+  Parameter dt{"time.dt_ms", "ms", 0, 0, 10, "step of the reaction; 0: from the cell model's fastest rate",
+               "measured"};
+  Parameter rate{"outputs.ecg.rate_hz", "Hz", 1000, 1, 1e5, "samples of the ECG in a second",
+                 "clinical recorders"};
   for (Parameter* p : {&dx, &end, &dt, &rate}) {
     p->structural = true;
     table.add(*p);
@@ -22,7 +24,12 @@ void declare_grid_and_time(ParameterTable& table) {
 void declare_probes(Scene& scene) {
   if (!scene.activation) return;
   for (const std::string& probe : scene.activation->probes) {
-    Parameter place{"outputs.activation.probes." + probe + "_mm", "mm", 0, -1e4, 1e4, "where activation is read",
+    Parameter place{"outputs.activation.probes." + probe + "_mm",
+                    "mm",
+                    0,
+                    -1e4,
+                    1e4,
+                    "where activation is read",
                     "the scene"};
     place.structural = true;
     scene.parameters.add_vector(place, 0, 0, 0);

@@ -12,11 +12,22 @@ enum class GeometryKind { box, shapes, heart };
 enum class TorsoKind { box, ellipsoid, cylinder, unbounded };
 enum class Precision { single_, double_ };
 
-/// A signed distance shape: a primitive (its sizes are parameters geometry.shapes.<name>.<primitive>.<size>) or an
-/// operation on shapes named before it.
+/// A signed distance shape: a primitive (its sizes are parameters geometry.shapes.<name>.<primitive>.<size>)
+/// or an operation on shapes named before it.
 struct Shape {
-  enum class Kind { box, ellipsoid, cylinder, cone, capsule, half_space,   // primitives
-                    union_, intersection, subtract, smooth_union, shell };  // set algebra
+  enum class Kind {
+    box,
+    ellipsoid,
+    cylinder,
+    cone,
+    capsule,
+    half_space,  // primitives
+    union_,
+    intersection,
+    subtract,
+    smooth_union,
+    shell
+  };  // set algebra
   std::string name;
   Kind kind;
   std::vector<std::string> operands;  ///< names of shapes, for the set algebra
@@ -26,8 +37,8 @@ struct Shape {
 struct Region {
   enum class Fibres { none, constant, transmural };  ///< rule that sets the fibre direction
   std::string name;
-  std::string shape;          ///< geometry `shapes` only: the shape it fills
-  bool excitable = true;      ///< false: insulates (no electrophysiology in it)
+  std::string shape;      ///< geometry `shapes` only: the shape it fills
+  bool excitable = true;  ///< false: insulates (no electrophysiology in it)
   Fibres fibres = Fibres::none;
 };
 
@@ -38,8 +49,8 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
-struct EcgRequest {};         ///< twelve leads
-struct ActivationRequest {    ///< activation times by region and at probes
+struct EcgRequest {};               ///< twelve leads
+struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
 };
 
@@ -47,8 +58,8 @@ struct ActivationRequest {    ///< activation times by region and at probes
 /// Structure is compiled into the kernels; numbers reach them as arguments, a block for each member.
 struct Scene {
   GeometryKind geometry = GeometryKind::heart;
-  std::vector<Shape> shapes;      ///< geometry `shapes`
-  std::vector<Region> regions;    ///< filled by declare_parameters for `heart` and `box`
+  std::vector<Shape> shapes;                      ///< geometry `shapes`
+  std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
   std::vector<Stimulus> stimuli;
   TorsoKind torso = TorsoKind::cylinder;
@@ -61,7 +72,8 @@ struct Scene {
 
 /// Fills scene.parameters with everything the scene's structure holds, at defaults: grid, time, geometry,
 /// electrophysiology, stimuli, torso. Call once the structure is set, before any value is.
-/// Throws std::invalid_argument naming what the structure lacks (a shape that does not exist, a cell model without a file).
+/// Throws std::invalid_argument naming what the structure lacks (a shape that does not exist, a cell model
+/// without a file).
 void declare_parameters(Scene& scene);
 
 /// Names of the cell models there are, from kernels/cells.

@@ -20,9 +20,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
-double structural(const Scene& scene, const char* path) { return scene.parameters[scene.parameters.index(path)].value; }
+double structural(const Scene& scene, const char* path) {
+  return scene.parameters[scene.parameters.index(path)].value;
+}
 
 constexpr int samples_per_fetch = 20;
 constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
@@ -90,7 +94,8 @@ Simulation::~Simulation() = default;
 // Geometry, operators and lead fields of `members`.
 void Simulation::State::prepare(std::span<const Member> members) {
   std::vector<double> values;
-  for (const Member& member : members) values.insert(values.end(), member.values.begin(), member.values.end());
+  for (const Member& member : members)
+    values.insert(values.end(), member.values.begin(), member.values.end());
   const std::vector<std::byte> packed = pack(values, scene.precision);
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   tissue.build(parameters, static_cast<int>(members.size()));
@@ -104,8 +109,10 @@ std::string Simulation::State::defect(std::size_t m) const {
   if (tissue.touches_boundary[m]) return "the tissue leaves the grid";
   std::vector<bool> present(scene.regions.size(), false);
   std::uint8_t stimulated = 0;
-  const auto begin = static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
-  const auto end = static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
+  const auto begin =
+      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
+  const auto end =
+      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
   for (std::size_t i = begin; i < end; ++i) {
     if (tissue.regions[i] != 255) present[tissue.regions[i]] = true;
     stimulated |= monodomain.stimulated_by()[i];
@@ -130,7 +137,8 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
         recording->reason = "the potential is beyond 1000 mV, or no number, in " +
                             std::to_string(static_cast<std::int64_t>(wild)) + " cells";
       }
-    } else if (lead_weights && sample < static_cast<int>(shape.ecg_ms.size()) && recording->outcome == Outcome::done) {
+    } else if (lead_weights && sample < static_cast<int>(shape.ecg_ms.size()) &&
+               recording->outcome == Outcome::done) {
       const std::size_t samples = shape.ecg_ms.size();
       const auto put = [&](std::size_t lead, float mV) {
         recording->ecg[lead * samples + static_cast<size_t>(sample)] = mV;
@@ -149,10 +157,11 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
   }
 }
 
-// The time loop of members that share their steps. Nothing in it waits for the device but the fetch of samples that were
-// taken one fetch ago.
+// The time loop of members that share their steps. Nothing in it waits for the device but the fetch of
+// samples that were taken one fetch ago.
 void Simulation::State::march(const TimeSteps& steps, std::span<const Member> members,
-                              std::span<Recording* const> recordings, double timeout_s, Clock::time_point start) {
+                              std::span<Recording* const> recordings, double timeout_s,
+                              Clock::time_point start) {
   const double end_ms = structural(scene, "time.end_ms"), interval = sampling_interval_ms(scene);
   constexpr double rounding = 1e-9;
   const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));
@@ -229,7 +238,8 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   for (Recording& recording : recordings) {
     recording.outcome = Outcome::done;
     recording.dx_mm = s.grid.dx_mm;
-    recording.ecg.assign(s.shape.leads.size() * s.shape.ecg_ms.size(), std::numeric_limits<float>::quiet_NaN());
+    recording.ecg.assign(s.shape.leads.size() * s.shape.ecg_ms.size(),
+                         std::numeric_limits<float>::quiet_NaN());
     recording.features.assign(s.shape.features.size(), std::numeric_limits<float>::quiet_NaN());
   }
   s.launcher.profile(s.batches == 1);  // the set-up of the second batch is timed: the first one compiles
@@ -278,8 +288,14 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   return recordings;
 }
 
-std::vector<KernelPerformance> Simulation::performance() const { return state_->launcher.performance(); }
-double Simulation::simulated_ms() const { return state_->simulated_ms; }
-double Simulation::cell_updates() const { return state_->cell_updates; }
+std::vector<KernelPerformance> Simulation::performance() const {
+  return state_->launcher.performance();
+}
+double Simulation::simulated_ms() const {
+  return state_->simulated_ms;
+}
+double Simulation::cell_updates() const {
+  return state_->cell_updates;
+}
 
 }  // namespace cohort

@@ -25,7 +25,7 @@ struct Member {
 /// What a member left. Everything but the times is a function of the scene and the member's values alone.
 struct Recording {
   Outcome outcome = Outcome::failed;
-  std::string reason;      ///< empty when done
+  std::string reason;  ///< empty when done
   double failed_at_ms = std::numeric_limits<double>::quiet_NaN();
   std::vector<float> ecg;       ///< (leads, samples) mV, row-major; empty without an ECG request
   std::vector<float> features;  ///< Layout::features, NaN where undefined
@@ -44,11 +44,11 @@ Layout layout(const Scene& scene);
 
 /// One line of what a plan runs or leaves out.
 struct PlannedModule {
-  std::string name;    ///< "monodomain", "torso", "mechanics", ...
+  std::string name;  ///< "monodomain", "torso", "mechanics", ...
   bool runs;
   std::string reason;  ///< why it runs or is left out
   std::vector<std::string> kernels;
-  std::size_t bytes;   ///< device memory of one batch
+  std::size_t bytes;  ///< device memory of one batch
 };
 
 struct Plan {
@@ -64,22 +64,23 @@ struct Plan {
 };
 
 struct PlanOptions {
-  int members_per_device = 0;              ///< 0: chosen by size
-  std::size_t memory_limit_bytes = 0;      ///< 0: what the device has
+  int members_per_device = 0;          ///< 0: chosen by size
+  std::size_t memory_limit_bytes = 0;  ///< 0: what the device has
 };
 
-/// Decides what runs for `scene` on `device`, in how much memory. `members` are all those of the campaign: the grid
-/// holds each of them. Evaluates the geometry of the scene's own values and nothing else.
-/// Throws std::runtime_error with the bytes named where memory does not suffice, std::invalid_argument for a scene
+/// Decides what runs for `scene` on `device`, in how much memory. `members` are all those of the campaign:
+/// the grid holds each of them. Evaluates the geometry of the scene's own values and nothing else. Throws
+/// std::runtime_error with the bytes named where memory does not suffice, std::invalid_argument for a scene
 /// that cannot run (an empty region, a step that does not divide the sampling interval).
-Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members, const PlanOptions& options);
+Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
+               const PlanOptions& options);
 
 /// Time and traffic of one kernel.
 struct KernelPerformance {
   std::string kernel;
   std::int64_t calls = 0;
-  double device_ms = 0;        ///< all calls, from a profiled sample
-  double bytes_per_call = 0;   ///< least traffic, declared
+  double device_ms = 0;       ///< all calls, from a profiled sample
+  double bytes_per_call = 0;  ///< least traffic, declared
 };
 
 /// Runs members of one scene on one device, batch after batch. Programs are built once, buffers are kept.
@@ -90,14 +91,15 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  /// Runs up to plan.members_per_device members in one batch; results in the order of `members`. A member's recording does not depend on the others.
-  /// Members that are not finished after timeout_s of wall time end as Outcome::timeout.
-  /// Throws only for what is wrong with the device (cl::Error); what is wrong with a member is its outcome.
+  /// Runs up to plan.members_per_device members in one batch; results in the order of `members`. A member's
+  /// recording does not depend on the others. Members that are not finished after timeout_s of wall time end
+  /// as Outcome::timeout. Throws only for what is wrong with the device (cl::Error); what is wrong with a
+  /// member is its outcome.
   std::vector<Recording> run(std::span<const Member> members, double timeout_s);
 
   std::vector<KernelPerformance> performance() const;
-  double simulated_ms() const;        ///< summed over members
-  double cell_updates() const;        ///< tissue cells x steps, summed over members
+  double simulated_ms() const;  ///< summed over members
+  double cell_updates() const;  ///< tissue cells x steps, summed over members
 
  private:
   struct State;

@@ -49,7 +49,8 @@ bool stimulus_on(std::span<const double> block, double time, double dt) {
       continue;
     }
     const double latest = std::clamp(std::floor((time + dt - start) / period), 0.0, block[first + 3] - 1);
-    if (overlaps(start + latest * period) || (latest > 0 && overlaps(start + (latest - 1) * period))) return true;
+    if (overlaps(start + latest * period) || (latest > 0 && overlaps(start + (latest - 1) * period)))
+      return true;
   }
   return false;
 }

@@ -8,7 +8,9 @@ namespace cohort {
 
 namespace {
 
-double structural(const Scene& scene, const char* path) { return scene.parameters[scene.parameters.index(path)].value; }
+double structural(const Scene& scene, const char* path) {
+  return scene.parameters[scene.parameters.index(path)].value;
+}
 
 }  // namespace
 
@@ -35,13 +37,15 @@ TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion
   if (given > 0) {
     steps.per_sample = static_cast<int>(std::lround(interval / given));
   } else {
-    // A fifth of the fastest time constant: the midpoint rule's error is then below 1 % of the upstroke's rate.
+    // A fifth of the fastest time constant: the midpoint rule's error is then below 1 % of the upstroke's
+    // rate.
     constexpr double resolution = 0.2;
     steps.per_sample = 1;
     for (const int coarse : {2, 5, 10})
       if (interval / steps.per_sample * fastest_rate > resolution) steps.per_sample = coarse;
     constexpr int most = 1 << 24;
-    while (interval / steps.per_sample * fastest_rate > resolution && steps.per_sample < most) steps.per_sample *= 2;
+    while (interval / steps.per_sample * fastest_rate > resolution && steps.per_sample < most)
+      steps.per_sample *= 2;
   }
   steps.dt_ms = interval / steps.per_sample;
 

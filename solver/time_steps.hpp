@@ -4,21 +4,22 @@
 
 namespace cohort {
 
-/// Steps of one member. They depend on the scene and the member alone, and come from a short ladder, so that members
-/// of a batch usually share them.
+/// Steps of one member. They depend on the scene and the member alone, and come from a short ladder, so that
+/// members of a batch usually share them.
 struct TimeSteps {
-  double dt_ms;     ///< of the reaction and the splitting
-  int per_sample;   ///< steps between two samples
-  int substeps;     ///< explicit diffusion steps in each
+  double dt_ms;    ///< of the reaction and the splitting
+  int per_sample;  ///< steps between two samples
+  int substeps;    ///< explicit diffusion steps in each
   bool operator==(const TimeSteps&) const = default;
 };
 
 /// Interval between samples (ms): of the ECG, or of the checks where there is none.
 double sampling_interval_ms(const Scene& scene);
 
-/// time.dt_ms where it is given, else the largest step of the ladder that resolves the cell model's fastest rate (1/ms);
-/// substeps keep diffusion below its explicit limit (ms). Throws std::invalid_argument when a given dt does not divide
-/// the sampling interval, std::runtime_error when diffusion would take more than 1024 substeps.
+/// time.dt_ms where it is given, else the largest step of the ladder that resolves the cell model's fastest
+/// rate (1/ms); substeps keep diffusion below its explicit limit (ms). Throws std::invalid_argument when a
+/// given dt does not divide the sampling interval, std::runtime_error when diffusion would take more than
+/// 1024 substeps.
 TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion_limit_ms);
 
 /// Throws std::invalid_argument as above; for a check before any device work.

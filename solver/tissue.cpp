@@ -13,7 +13,9 @@ namespace cohort {
 
 namespace {
 
-int round_up(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
+int round_up(int value, int multiple) {
+  return (value + multiple - 1) / multiple * multiple;
+}
 
 template <typename T>
 void upload(cl::CommandQueue& queue, const cl::Buffer& buffer, const std::vector<T>& host) {
@@ -47,7 +49,8 @@ Grid make_grid(const Scene& scene, std::span<const Member> members) {
     const double first = std::floor(lower[axis] / grid.dx_mm + rounding) - free_layers;
     const double last = std::ceil(upper[axis] / grid.dx_mm - rounding) + free_layers;
     grid.origin_mm[axis] = first * grid.dx_mm;
-    if (!(last - first < 1e6)) throw std::invalid_argument("the grid would have more than a million cells along an axis");
+    if (!(last - first < 1e6))
+      throw std::invalid_argument("the grid would have more than a million cells along an axis");
     grid.cells[axis] = static_cast<int>(last - first);
   }
   grid.cells[0] = round_up(grid.cells[0], Tissue::lanes);
@@ -62,7 +65,8 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
     excitable += scene.regions[r].excitable ? "1," : "0,";
     slot += std::to_string(regions.slot[r]) + ",";
   }
-  result.generated = parameter_macros(scene.parameters) + slot + "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
+  result.generated =
+      parameter_macros(scene.parameters) + slot + "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
   const auto define = [&](const std::string& name, int value) {
     result.options.push_back(name + "=" + std::to_string(value));
   };
@@ -86,8 +90,8 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
       grid_(grid),
       capacity_members_(members) {
   if (grid.size() * members >= std::int64_t{1} << 31)
-    throw std::runtime_error("a batch of " + std::to_string(members) + " members on " + std::to_string(grid.size()) +
-                             " cells is larger than 2^31 cells");
+    throw std::runtime_error("a batch of " + std::to_string(members) + " members on " +
+                             std::to_string(grid.size()) + " cells is larger than 2^31 cells");
   Definitions definitions = scene_definitions(scene, grid);
   std::vector<std::string> files = geometry_files(scene);
   files.insert(files.end(), {"segments.clh", "tissue.cl"});
@@ -129,7 +133,8 @@ void Tissue::compact(const std::vector<std::uint8_t>& flags, int members) {
       places[run] = static_cast<int>(first_cells.size());
       first_cells.push_back(static_cast<int>(run * lanes));
     }
-    // At least one void segment behind every member: an unstable neighbour in memory must never be read with weight.
+    // At least one void segment behind every member: an unstable neighbour in memory must never be read with
+    // weight.
     do first_cells.push_back(-1);
     while ((first_cells.size() - first_cell_place / lanes) % block_segments != 0);
     member_of_host.resize(first_cells.size(), static_cast<cl_ushort>(m));
@@ -161,8 +166,9 @@ void Tissue::build(const cl::Buffer& parameters, int members) {
   const auto& [nx, ny, nz] = grid_.cells;
   cl::CommandQueue& queue = launcher_.queue();
   const auto cells = static_cast<std::size_t>(grid_.size()) * static_cast<std::size_t>(members);
-  launcher_(classify_, cl::NDRange(nx, ny, static_cast<size_t>(nz) * static_cast<size_t>(members)), cl::NullRange,
-            5.0 * static_cast<double>(cells), parameters, grid_.origin_and_spacing(), grid_region_, grid_fraction_);
+  launcher_(classify_, cl::NDRange(nx, ny, static_cast<size_t>(nz) * static_cast<size_t>(members)),
+            device_.info().gpu ? cl::NullRange : cl::NDRange(lanes, 1, 1), 5.0 * static_cast<double>(cells),
+            parameters, grid_.origin_and_spacing(), grid_region_, grid_fraction_);
   launcher_(flag_segments_, cl::NDRange(cells / lanes), cl::NullRange, 1.125 * static_cast<double>(cells),
             grid_region_, flag_);
   std::vector<std::uint8_t> flags(cells / lanes);
@@ -171,9 +177,11 @@ void Tissue::build(const cl::Buffer& parameters, int members) {
 
   const auto n = static_cast<std::size_t>(stride);
   const double size = static_cast<double>(n);
-  launcher_(gather_, cl::NDRange(n), cl::NullRange, size * (6.5 + 2.0 * static_cast<double>(real_bytes(precision_))),
-            grid_region_, grid_fraction_, first_cell, region, capacity, inverse_capacity);
-  launcher_(link_, cl::NDRange(n / lanes), cl::NullRange, size / lanes * 68, first_cell, place, neighbours);
+  launcher_(gather_, cl::NDRange(n), cl::NDRange(group),
+            size * (6.5 + 2.0 * static_cast<double>(real_bytes(precision_))), grid_region_, grid_fraction_,
+            first_cell, region, capacity, inverse_capacity);
+  launcher_(link_, cl::NDRange(n / lanes), cl::NDRange(group / lanes), size / lanes * 68, first_cell, place,
+            neighbours, static_cast<int>(cells));
   regions.resize(n);
   queue.enqueueReadBuffer(region, CL_TRUE, 0, n, regions.data());
 
@@ -196,8 +204,8 @@ void Tissue::build(const cl::Buffer& parameters, int members) {
 void Tissue::build_fibres(const cl::Buffer& parameters) {
   const auto n = static_cast<std::size_t>(stride);
   const double bytes = static_cast<double>(n) * (1 + 3.0 * static_cast<double>(real_bytes(precision_)));
-  launcher_(fibre_field_, cl::NDRange(n), cl::NullRange, bytes, parameters, grid_.origin_and_spacing(), first_cell,
-            member_of, region, fibre, stride);
+  launcher_(fibre_field_, cl::NDRange(n), cl::NDRange(group), bytes, parameters, grid_.origin_and_spacing(),
+            first_cell, member_of, region, fibre, stride);
 }
 
 std::vector<std::uint8_t> Tissue::vertices(int members) {
@@ -205,7 +213,8 @@ std::vector<std::uint8_t> Tissue::vertices(int members) {
   const auto count = static_cast<std::size_t>(nx + 1) * static_cast<std::size_t>(ny + 1) *
                      static_cast<std::size_t>(nz + 1) * static_cast<std::size_t>(members);
   const cl::Buffer types = device_.allocate(count);
-  launcher_(classify_vertices_, cl::NDRange(nx + 1, ny + 1, static_cast<size_t>(nz + 1) * static_cast<size_t>(members)),
+  launcher_(classify_vertices_,
+            cl::NDRange(nx + 1, ny + 1, static_cast<size_t>(nz + 1) * static_cast<size_t>(members)),
             cl::NullRange, 2.0 * static_cast<double>(count), grid_region_, types);
   std::vector<std::uint8_t> host(count);
   launcher_.queue().enqueueReadBuffer(types, CL_TRUE, 0, count, host.data());

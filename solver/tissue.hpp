@@ -11,7 +11,8 @@
 
 namespace cohort {
 
-/// The grid that holds the members of a campaign: cells (nx, ny, nz), nx a multiple of 8, faces on multiples of dx.
+/// The grid that holds the members of a campaign: cells (nx, ny, nz), nx a multiple of 8, faces on multiples
+/// of dx.
 struct Grid {
   std::array<int, 3> cells;
   std::array<double, 3> origin_mm;
@@ -23,23 +24,27 @@ struct Grid {
 /// The smallest grid with a free layer of cells around the tissue of every member.
 Grid make_grid(const Scene& scene, std::span<const Member> members);
 
-/// Generated source and -D options that every program of a scene shares: parameter macros, regions, grid, precision.
+/// Generated source and -D options that every program of a scene shares: parameter macros, regions, grid,
+/// precision.
 struct Definitions {
   std::string generated;
   std::vector<std::string> options;
 };
 Definitions scene_definitions(const Scene& scene, const Grid& grid);
 
-/// Tissue of a batch of members in compact form (kernels/segments.clh): segments of 8 cells, member after member, each
-/// member padded to whole blocks of 32 segments with at least one void segment at its end.
+/// Tissue of a batch of members in compact form (kernels/segments.clh): segments of 8 cells, member after
+/// member, each member padded to whole blocks of 32 segments with at least one void segment at its end.
 class Tissue {
  public:
   static constexpr int lanes = 8, first_cell_place = 32, block_cells = 256;
+  /// Work-items of a group in kernels over cells: divides every stride. Given always, since PoCL compiles a
+  /// kernel anew for each group size that it chooses itself.
+  static constexpr std::size_t group = 64;
 
   Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members);
 
-  /// Evaluates the geometry of `members` members, whose blocks stand in `parameters` (members, table size), and fills
-  /// everything below. Throws std::runtime_error where device memory does not suffice.
+  /// Evaluates the geometry of `members` members, whose blocks stand in `parameters` (members, table size),
+  /// and fills everything below. Throws std::runtime_error where device memory does not suffice.
   void build(const cl::Buffer& parameters, int members);
   /// Fibre directions of the tissue built last, (3, stride).
   void build_fibres(const cl::Buffer& parameters);
@@ -47,13 +52,13 @@ class Tissue {
   /// Types of the grid's vertices after build(): (members, nz+1, ny+1, nx+1), 0 outside, 1 solid, 2 surface.
   std::vector<std::uint8_t> vertices(int members);
 
-  int stride = 0;                         ///< cells of a compact field, void ones included
-  int blocks = 0;                         ///< blocks of 256 cells over all members
-  std::vector<int> first_block;           ///< (members + 1)
-  std::vector<std::int64_t> tissue_cells; ///< by member
-  std::vector<std::uint8_t> regions;      ///< (stride) host copy of `region`
-  std::vector<int> first_cells;           ///< (stride / 8) grid cell of each segment, counted over members, or -1
-  std::vector<int> places;                ///< (members, nz, ny, nx/8) segment of each run of the grid, 1 where void
+  int stride = 0;                          ///< cells of a compact field, void ones included
+  int blocks = 0;                          ///< blocks of 256 cells over all members
+  std::vector<int> first_block;            ///< (members + 1)
+  std::vector<std::int64_t> tissue_cells;  ///< by member
+  std::vector<std::uint8_t> regions;       ///< (stride) host copy of `region`
+  std::vector<int> first_cells;  ///< (stride / 8) grid cell of each segment, counted over members, or -1
+  std::vector<int> places;       ///< (members, nz, ny, nx/8) segment of each run of the grid, 1 where void
   /// By member: tissue reaches the outermost cells of the grid, where neighbours would be missing.
   std::vector<bool> touches_boundary;
 

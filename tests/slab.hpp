@@ -53,7 +53,9 @@ struct Slab {
     monodomain->assemble(*tissue, *diffusion, parameters, one);
   }
 
-  void put(const std::string& path, double value) { scene.parameters[scene.parameters.index(path)].value = value; }
+  void put(const std::string& path, double value) {
+    scene.parameters[scene.parameters.index(path)].value = value;
+  }
 
   std::vector<double> read(const cl::Buffer& buffer, std::size_t count, std::size_t first = 0) {
     const std::size_t real = real_bytes(scene.precision);
@@ -63,12 +65,16 @@ struct Slab {
   }
   void write(const cl::Buffer& buffer, const std::vector<double>& numbers, std::size_t first = 0) {
     const std::vector<std::byte> raw = pack(numbers, scene.precision);
-    launcher->queue().enqueueWriteBuffer(buffer, CL_TRUE, first * real_bytes(scene.precision), raw.size(), raw.data());
+    launcher->queue().enqueueWriteBuffer(buffer, CL_TRUE, first * real_bytes(scene.precision), raw.size(),
+                                         raw.data());
   }
-  std::vector<double> potential() { return read(monodomain->potential(), static_cast<size_t>(tissue->stride)); }
+  std::vector<double> potential() {
+    return read(monodomain->potential(), static_cast<size_t>(tissue->stride));
+  }
 
   /// A field (stride) with f at the centre of every tissue cell and `elsewhere` in the others.
-  std::vector<double> field(const std::function<double(double, double, double)>& f, double elsewhere = 0) const {
+  std::vector<double> field(const std::function<double(double, double, double)>& f,
+                            double elsewhere = 0) const {
     std::vector<double> result(static_cast<size_t>(tissue->stride), elsewhere);
     each_cell([&](std::size_t i, const std::array<double, 3>& p) { result[i] = f(p[0], p[1], p[2]); });
     return result;

@@ -43,12 +43,14 @@ std::vector<double> eigenvalues(std::vector<double> a, std::size_t n) {
   return result;
 }
 
-// Tissue with given tensors: tensor(centre) gives xx yy zz xy xz yz in mm2/ms, share(centre) the cell's fraction.
+// Tissue with given tensors: tensor(centre) gives xx yy zz xy xz yz in mm2/ms, share(centre) the cell's
+// fraction.
 struct Medium : Slab {
   using Tensor = std::array<double, 6>;
-  Medium(std::array<double, 3> size, double h, Precision precision,
-         const std::function<Tensor(std::array<double, 3>)>& tensor,
-         const std::function<double(std::array<double, 3>)>& share = [](auto) { return 1.0; })
+  Medium(
+      std::array<double, 3> size, double h, Precision precision,
+      const std::function<Tensor(std::array<double, 3>)>& tensor,
+      const std::function<double(std::array<double, 3>)>& share = [](auto) { return 1.0; })
       : Slab(size, h, precision, "pathmanathan_gray", {}) {
     const auto stride = static_cast<size_t>(tissue->stride);
     std::vector<double> tensors(6 * stride, 0.0), inverse(stride, 0.0);
@@ -65,7 +67,7 @@ struct Medium : Slab {
     write(tissue->inverse_capacity, inverse);
     const cl::Buffer buffer = device().allocate(tensors.size() * real_bytes(precision));
     write(buffer, tensors);
-    diffusion->assemble_tensors(*tissue, buffer, monodomain->stencil());
+    diffusion->assemble_tensors(*tissue, buffer, Diffusion::Use::monodomain, monodomain->stencil());
     monodomain->initialise(*tissue, parameters, 2.0, 1);  // half a step of diffusion is then I + L
   }
   // L u of a field (stride).
@@ -83,7 +85,8 @@ struct Medium : Slab {
       std::vector<double> unit(static_cast<size_t>(tissue->stride), 0.0);
       unit[cells[column]] = 1;
       const std::vector<double> result = apply(unit);
-      for (std::size_t row = 0; row < n; ++row) a[row * n + column] = capacity[cells[row]] * result[cells[row]];
+      for (std::size_t row = 0; row < n; ++row)
+        a[row * n + column] = capacity[cells[row]] * result[cells[row]];
     }
     return a;
   }
@@ -95,8 +98,12 @@ Medium::Tensor along(std::array<double, 3> f, double longitudinal, double transv
   const double length = std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
   for (double& c : f) c /= length;
   const double d = longitudinal - transverse;
-  return {transverse + d * f[0] * f[0], transverse + d * f[1] * f[1], transverse + d * f[2] * f[2],
-          d * f[0] * f[1],              d * f[0] * f[2],              d * f[1] * f[2]};
+  return {transverse + d * f[0] * f[0],
+          transverse + d * f[1] * f[1],
+          transverse + d * f[2] * f[2],
+          d * f[0] * f[1],
+          d * f[0] * f[2],
+          d * f[1] * f[2]};
 }
 
 void expect_symmetric_and_semidefinite(Medium& medium, int expected_null_modes) {
@@ -133,7 +140,9 @@ TEST(Stencil, HasNoNullModeButTheConstantOnTornTissueOfCutCells) {
     // One cell in eight is missing, one in three is cut; fibres turn at random from cell to cell.
     Medium medium(
         {7, 5, 4}, 1, Precision::double_,
-        [&](auto) { return along({uniform(random) - 0.5, uniform(random) - 0.5, uniform(random) - 0.5}, 1.0, 0.1); },
+        [&](auto) {
+          return along({uniform(random) - 0.5, uniform(random) - 0.5, uniform(random) - 0.5}, 1.0, 0.1);
+        },
         [&](auto) {
           const double draw = uniform(random);
           return draw < 0.125 ? 0.0 : draw < 0.4 ? 0.05 + 0.9 * uniform(random) : 1.0;
@@ -158,15 +167,17 @@ TEST(Stencil, HasNoNullModeButTheConstantOnTornTissueOfCutCells) {
   }
 }
 
-// Largest error of L u against div(D grad u) in the interior, relative to its largest value; fibres turn with z.
+// Largest error of L u against div(D grad u) in the interior, relative to its largest value; fibres turn with
+// z.
 double operator_error(int n) {
   const double h = 1.0 / n, longitudinal = 1.0, transverse = 0.2, turn = 1.5;
-  Medium medium({1, 1, 1}, h, Precision::double_,
-                [&](std::array<double, 3> p) {
-                  return along({std::cos(turn * p[2]), std::sin(turn * p[2]), 0}, longitudinal, transverse);
-                });
+  Medium medium({1, 1, 1}, h, Precision::double_, [&](std::array<double, 3> p) {
+    return along({std::cos(turn * p[2]), std::sin(turn * p[2]), 0}, longitudinal, transverse);
+  });
   const double kx = 2, ky = 3, kz = 2.5;
-  const auto u = [&](double x, double y, double z) { return std::sin(kx * x) * std::cos(ky * y) * std::sin(kz * z); };
+  const auto u = [&](double x, double y, double z) {
+    return std::sin(kx * x) * std::cos(ky * y) * std::sin(kz * z);
+  };
   const std::vector<double> result = medium.apply(medium.field(u));
   double error = 0, largest = 0;
   medium.each_cell([&](std::size_t i, const std::array<double, 3>& p) {
@@ -185,7 +196,8 @@ TEST(Stencil, IsOfSecondOrderForTurningFibres) {
   double previous = 0;
   for (const int n : {8, 16, 32}) {
     const double error = operator_error(n);
-    std::printf("n %2d  error %.3e  order %.2f\n", n, error, previous > 0 ? std::log2(previous / error) : 0.0);
+    std::printf("n %2d  error %.3e  order %.2f\n", n, error,
+                previous > 0 ? std::log2(previous / error) : 0.0);
     if (n == 32) {
       EXPECT_GE(std::log2(previous / error), 1.9);
     }
@@ -194,8 +206,8 @@ TEST(Stencil, IsOfSecondOrderForTurningFibres) {
   EXPECT_LT(previous, 4e-3);
 }
 
-// A linear field without flux through the faces x = 0, 1 and z = 0, 1 is a steady state away from the ends in y, for
-// whatever tensor: the boundary's own cells included, to rounding.
+// A linear field without flux through the faces x = 0, 1 and z = 0, 1 is a steady state away from the ends in
+// y, for whatever tensor: the boundary's own cells included, to rounding.
 TEST(Stencil, KeepsALinearFieldWithoutFluxThroughObliqueBoundaries) {
   constexpr double h = 0.125;
   const Medium::Tensor D = along({1, 2, -1.5}, 1.0, 0.1);
@@ -213,14 +225,15 @@ TEST(Stencil, KeepsALinearFieldWithoutFluxThroughObliqueBoundaries) {
   EXPECT_LT(largest, 1e-12);
 }
 
-// Diffusion in a box whose fibres lie oblique to its faces, against the finest grid: the boundary takes part. Strong
-// anisotropy would make the box's corners singular and hide the scheme's order.
+// Diffusion in a box whose fibres lie oblique to its faces, against the finest grid: the boundary takes part.
+// Strong anisotropy would make the box's corners singular and hide the scheme's order.
 std::vector<double> decayed(int n) {
   const double h = 1.0 / n;
   Medium medium({1, 1, h}, h, Precision::double_, [](auto) { return along({1, 1, 0}, 1.0, 0.6); });
   const double dt = 0.2 * h * h;
   medium.monodomain->initialise(*medium.tissue, medium.parameters, 2 * dt, 1);
-  // Flat at the boundary, so that the initial data agree with its condition; skewed, so that no symmetry hides errors.
+  // Flat at the boundary, so that the initial data agree with its condition; skewed, so that no symmetry
+  // hides errors.
   std::vector<double> u = medium.field([](double x, double y, double) {
     return std::pow(std::sin(pi * x) * std::sin(pi * y), 2) * (1 + x - 0.5 * y);
   });
@@ -240,7 +253,8 @@ double difference(const std::vector<double>& coarse, const std::vector<double>& 
   for (std::size_t y = 0; y < n; ++y)
     for (std::size_t x = 0; x < n; ++x) {
       const std::size_t corner = 4 * n * y + 2 * x;
-      const double mean = (fine[corner] + fine[corner + 1] + fine[corner + 2 * n] + fine[corner + 2 * n + 1]) / 4;
+      const double mean =
+          (fine[corner] + fine[corner + 1] + fine[corner + 2 * n] + fine[corner + 2 * n + 1]) / 4;
       sum += std::pow(coarse[n * y + x] - mean, 2);
     }
   return std::sqrt(sum / static_cast<double>(n * n));
@@ -259,7 +273,10 @@ TEST_P(Balance, NothingIsLostThroughTheSurface) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   Medium medium(
-      {20, 15, 10}, 1, GetParam(), [](std::array<double, 3> p) { return along({1, p[2] - 5, p[1] - 7}, 0.1, 0.02); },
+      {20, 15, 10}, 1, GetParam(),
+      [](std::array<double, 3> p) {
+        return along({1, p[2] - 5, p[1] - 7}, 0.1, 0.02);
+      },
       [&](auto) { return uniform(random) < 0.2 ? 0.0 : 0.1 + 0.9 * uniform(random); });
   std::vector<double> u = medium.field([&](auto...) { return 100 * uniform(random); });
   const auto content = [&] {
@@ -275,11 +292,14 @@ TEST_P(Balance, NothingIsLostThroughTheSurface) {
     u = medium.read(medium.monodomain->closed_potential(*medium.tissue), u.size());
   }
   const double epsilon = GetParam() == Precision::double_ ? 2.3e-16 : 1.2e-7;
-  std::printf("relative drift over %d steps %.2e, rounding %.1e\n", steps, std::abs(content() / before - 1), epsilon);
+  std::printf("relative drift over %d steps %.2e, rounding %.1e\n", steps, std::abs(content() / before - 1),
+              epsilon);
   EXPECT_LT(std::abs(content() / before - 1), 4 * epsilon);  // 200 roundings of 2000 cells, of either sign
 }
 INSTANTIATE_TEST_SUITE_P(Precisions, Balance, testing::Values(Precision::single_, Precision::double_),
-                         [](const auto& test) { return test.param == Precision::single_ ? "single" : "double"; });
+                         [](const auto& test) {
+                           return test.param == Precision::single_ ? "single" : "double";
+                         });
 
 }  // namespace
 }  // namespace cohort::test

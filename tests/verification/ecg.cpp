@@ -1,6 +1,7 @@
 // The ECG from potentials of tissue cells, whole chain: geometry, weights, lead fields, leads.
-// A ball of isotropic tissue with a potential that is linear in space is an exact dipole: outside it, phi is that of
-// p = -sigma_i grad V x volume at its centre, whatever its radius (Jackson, Classical Electrodynamics, section 4.4).
+// A ball of isotropic tissue with a potential that is linear in space is an exact dipole: outside it, phi is
+// that of p = -sigma_i grad V x volume at its centre, whatever its radius (Jackson, Classical
+// Electrodynamics, section 4.4).
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -23,12 +24,14 @@ struct Ball {
     scene.ecg.emplace();
     declare_parameters(scene);
     const char* axes[] = {".x", ".y", ".z"};
-    for (const char* axis : axes) set(std::string("geometry.shapes.ball.ellipsoid.semi_axes_mm") + axis, ball_radius);
+    for (const char* axis : axes)
+      set(std::string("geometry.shapes.ball.ellipsoid.semi_axes_mm") + axis, ball_radius);
     set("grid.dx_mm", dx);
     set("electrophysiology.intracellular_longitudinal_mS_per_mm", sigma_i);
     set("electrophysiology.intracellular_transverse_mS_per_mm", sigma_i);
     set("torso.conductivity_mS_per_mm", 0.2);
-    for (const char* angle : {"azimuth_deg", "elevation_deg", "roll_deg"}) set(std::string("torso.heart.") + angle, 0);
+    for (const char* angle : {"azimuth_deg", "elevation_deg", "roll_deg"})
+      set(std::string("torso.heart.") + angle, 0);
     // The ball's centre, the origin of the heart's frame, lies off the middle of the torso.
     const double place[] = {20, -15, 25};
     for (size_t a = 0; a < 3; ++a) {
@@ -45,14 +48,18 @@ struct Ball {
     // Electrodes all around, on the sphere.
     for (size_t e = 0; e < electrode_names.size(); ++e) {
       const double polar = 0.5 + 0.25 * static_cast<double>(e), around = 2.4 * static_cast<double>(e);
-      const double direction[] = {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around), std::cos(polar)};
+      const double direction[] = {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
+                                  std::cos(polar)};
       for (size_t a = 0; a < 3; ++a)
-        set("torso.electrodes." + std::string(electrode_names[e]) + "_mm" + axes[a], sphere::radius_mm * direction[a]);
+        set("torso.electrodes." + std::string(electrode_names[e]) + "_mm" + axes[a],
+            sphere::radius_mm * direction[a]);
     }
     member.values = scene.parameters.values();
     scene.parameters.resolve(member.values);
   }
-  void set(const std::string& path, double value) { scene.parameters[scene.parameters.index(path)].value = value; }
+  void set(const std::string& path, double value) {
+    scene.parameters[scene.parameters.index(path)].value = value;
+  }
 
   // Largest error of the eight leads over three directions of the dipole, relative to the largest lead.
   double error() {
@@ -87,8 +94,9 @@ struct Ball {
         const double V = slope * (grid.origin_mm[axis] + grid.dx_mm * (index[axis] + 0.5));
         for (size_t q = 0; q < lead.size(); ++q) lead[q] += w[q * static_cast<size_t>(tissue.stride) + i] * V;
       }
-      Point p{};  // dipole moment in the torso's frame, uA mm
-      for (size_t row = 0; row < 3; ++row) p[row] = -sigma_i * slope * volume * pose.rotation[row * 3 + axis];
+      const double moment = -sigma_i * slope * volume;  // uA mm
+      Point direction{};                                // in the torso's frame
+      for (size_t row = 0; row < 3; ++row) direction[row] = pose.rotation[row * 3 + axis];
       std::array<double, 9> phi{};
       for (size_t e = 0; e < 9; ++e) {
         const Point from = electrodes[e];
@@ -97,7 +105,7 @@ struct Ball {
           const Point d = {x[0] - from[0], x[1] - from[1], x[2] - from[2]};
           return 1 / (4 * std::numbers::pi * std::sqrt(sphere::dot(d, d)));
         };
-        phi[e] = sphere::along(Z, centre, p) / 0.2;
+        phi[e] = moment * sphere::along(Z, centre, direction) / 0.2;
       }
       const double wilson = (phi[0] + phi[1] + phi[2]) / 3;
       exact[0] = phi[1] - phi[0];

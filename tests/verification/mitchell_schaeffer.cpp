@@ -12,7 +12,8 @@ double duration(double h, double dt) {
   Slab cell({8, 1, 1}, 1, Precision::double_, "mitchell_schaeffer", {});
   cell.monodomain->initialise(*cell.tissue, cell.parameters, dt, 1);
   constexpr double resting = -85, amplitude = 105, v_gate = 0.13;
-  cell.write(cell.monodomain->potential(), cell.field([](auto...) { return resting + 0.5 * amplitude; }, resting));
+  cell.write(cell.monodomain->potential(),
+             cell.field([](auto...) { return resting + 0.5 * amplitude; }, resting));
   cell.write(cell.monodomain->states(), cell.field([&](auto...) { return h; }, 1));
   double previous = 0.5;
   for (int step = 0; step * dt < 600; ++step) {

@@ -11,8 +11,8 @@ namespace {
 using std::numbers::pi;
 
 // With the gate frozen at h = 1, dv/dt = D v'' - (1/tau_in) v (v - a)(v - b) with a < b the roots of
-// v^2 - v + tau_in / tau_out. Its front moves at c = sqrt(D / (2 tau_in)) (b - 2 a)  (Murray, Mathematical Biology I,
-// section 13.4, scaled to the root b).
+// v^2 - v + tau_in / tau_out. Its front moves at c = sqrt(D / (2 tau_in)) (b - 2 a)  (Murray, Mathematical
+// Biology I, section 13.4, scaled to the root b).
 TEST(FrozenGate, FrontMovesAtTheSpeedOfTheCubic) {
   constexpr double tau_in = 0.3, tau_out = 6, D = 0.1, dx = 0.1;
   const double root = std::sqrt(1 - 4 * tau_in / tau_out), a = (1 - root) / 2, b = (1 + root) / 2;
@@ -22,17 +22,22 @@ TEST(FrozenGate, FrontMovesAtTheSpeedOfTheCubic) {
   Slab slab({length, dx, dx}, dx, Precision::double_, "mitchell_schaeffer",
             {{"electrophysiology.conductivity_longitudinal_mS_per_mm", D * 1.4},
              {"electrophysiology.conductivity_transverse_mS_per_mm", D * 1.4},
-             {ms + "tau_open_ms", 1e12}, {ms + "tau_close_ms", 1e12}, {ms + "resting_mV", 0}, {ms + "amplitude_mV", 1}});
+             {ms + "tau_open_ms", 1e12},
+             {ms + "tau_close_ms", 1e12},
+             {ms + "resting_mV", 0},
+             {ms + "amplitude_mV", 1}});
   constexpr double dt = 0.01;
   slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
-  slab.write(slab.monodomain->potential(), slab.field([&](double x, double, double) { return x < 2 ? b : 0; }));
+  slab.write(slab.monodomain->potential(),
+             slab.field([&](double x, double, double) { return x < 2 ? b : 0; }));
 
   // Place of the front: where v falls through one half, linear between centres.
   const auto front = [&] {
     const std::vector<double> v = slab.potential();
     double place = 0, previous_x = 0, previous = 1;
     slab.each_cell([&](std::size_t i, const std::array<double, 3>& p) {
-      if (previous >= 0.5 && v[i] < 0.5) place = previous_x + (previous - 0.5) / (previous - v[i]) * (p[0] - previous_x);
+      if (previous >= 0.5 && v[i] < 0.5)
+        place = previous_x + (previous - 0.5) / (previous - v[i]) * (p[0] - previous_x);
       previous = v[i];
       previous_x = p[0];
     });
@@ -58,7 +63,8 @@ double pathmanathan_gray_error(int dimensions, double N) {
   const double betas[] = {-1.1, -5.9, -8.6}, sigma[] = {1.1 / (pi * pi), 1.2 / (pi * pi), 0.3 / (pi * pi)};
   constexpr double chi = 3, Cm = 2;
   const auto F = [&](double x, double y, double z) {
-    return std::cos(pi * x) * (dimensions > 1 ? std::cos(2 * pi * y) : 1) * (dimensions > 2 ? std::cos(3 * pi * z) : 1);
+    return std::cos(pi * x) * (dimensions > 1 ? std::cos(2 * pi * y) : 1) *
+           (dimensions > 2 ? std::cos(3 * pi * z) : 1);
   };
   const auto G = [&](double x, double y, double z) {
     return 1 + x * (dimensions > 1 ? y * y : 1) * (dimensions > 2 ? z * z * z : 1);
@@ -71,15 +77,18 @@ double pathmanathan_gray_error(int dimensions, double N) {
   const auto stride = static_cast<size_t>(slab.tissue->stride);
   std::vector<double> tensors(6 * stride, 0.0);
   for (size_t a = 0; a < 3; ++a)
-    slab.each_cell([&](std::size_t i, const auto&) { tensors[a * stride + i] = sigma[a] / (chi * Cm * h * h); });
+    slab.each_cell(
+        [&](std::size_t i, const auto&) { tensors[a * stride + i] = sigma[a] / (chi * Cm * h * h); });
   const cl::Buffer tensor_buffer = device().allocate(tensors.size() * sizeof(double));
   slab.write(tensor_buffer, tensors);
-  slab.diffusion->assemble_tensors(*slab.tissue, tensor_buffer, slab.monodomain->stencil());
+  slab.diffusion->assemble_tensors(*slab.tissue, tensor_buffer, Diffusion::Use::monodomain,
+                                   slab.monodomain->stencil());
 
   slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
   slab.write(slab.monodomain->potential(), slab.field(F));
   slab.write(slab.monodomain->states(), slab.field([&](auto... p) { return G(p...) + F(p...); }, 1));
-  slab.write(slab.monodomain->states(), slab.field([&](auto... p) { return 1 / std::sqrt(G(p...)); }, 1), stride);
+  slab.write(slab.monodomain->states(), slab.field([&](auto... p) { return 1 / std::sqrt(G(p...)); }, 1),
+             stride);
   const auto steps = static_cast<int>(std::lround(1 / dt));
   for (int step = 0; step < steps; ++step)
     slab.monodomain->advance(*slab.tissue, slab.parameters, step * dt, step == 0);

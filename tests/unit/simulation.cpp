@@ -1,0 +1,171 @@
+// A batch of members through the whole solver, on a coarse heart.
+#include "solver/simulation.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "tests/slab.hpp"
+
+namespace cohort::test {
+namespace {
+
+Scene coarse_heart() {
+  Scene scene;
+  scene.geometry = GeometryKind::heart;
+  scene.ecg.emplace();
+  scene.activation.emplace();
+  scene.stimuli = {{"sinus", Stimulus::Kind::site, "sinoatrial_node"}};
+  declare_parameters(scene);
+  const auto set = [&](const char* path, double value) {
+    scene.parameters[scene.parameters.index(path)].value = value;
+  };
+  set("grid.dx_mm", 5);
+  set("time.end_ms", 40);
+  set("outputs.ecg.rate_hz", 500);
+  set("torso.dx_mm", 20);
+  set("stimuli.sinus.radius_mm", 10);
+  set("electrophysiology.conductivity_longitudinal_mS_per_mm", 2);
+  set("electrophysiology.conductivity_transverse_mS_per_mm", 2);
+  return scene;
+}
+
+Member member(const Scene& scene, std::int64_t id, std::vector<std::pair<std::string, double>> changes) {
+  Member result{id, scene.parameters.values()};
+  for (const auto& [path, value] : changes)
+    result.values[static_cast<size_t>(scene.parameters.index(path))] = value;
+  scene.parameters.resolve(result.values);
+  return result;
+}
+
+std::vector<Recording> run(const Scene& scene, const std::vector<Member>& members, int batch,
+                           double timeout_s = 600) {
+  PlanOptions options;
+  options.members_per_device = batch;
+  const Plan plan = make_plan(device(), scene, members, options);
+  Simulation simulation(device(), scene, plan);
+  std::vector<Recording> recordings;
+  for (size_t first = 0; first < members.size(); first += static_cast<size_t>(batch)) {
+    const size_t count = std::min(static_cast<size_t>(batch), members.size() - first);
+    for (Recording& recording : simulation.run(std::span(members).subspan(first, count), timeout_s))
+      recordings.push_back(std::move(recording));
+  }
+  return recordings;
+}
+
+const std::string tau_close = "electrophysiology.mitchell_schaeffer.tau_close_ms";
+const std::string tau_in = "electrophysiology.mitchell_schaeffer.tau_in_ms";
+
+TEST(Simulation, AMembersBytesDoNotDependOnItsBatch) {
+  const Scene scene = coarse_heart();
+  const std::vector<Member> members = {
+      member(scene, 0, {}), member(scene, 1, {{tau_close, 120}, {"geometry.heart.lv_radius_mm", 27}}),
+      // Its own step (a faster cell), its own torso, an action potential of its own in one region.
+      member(scene, 2, {{tau_in, 0.1}}), member(scene, 3, {{"torso.half_width_mm", 185}}),
+      member(scene, 4, {{"electrophysiology.regions.la.tau_close_ms", 60}})};
+  std::vector<Member> all = members;
+  const std::vector<Recording> alone = run(scene, all, 1), together = run(scene, all, 5),
+                               pairs = run(scene, all, 2);
+  for (size_t m = 0; m < all.size(); ++m) {
+    ASSERT_EQ(alone[m].outcome, Outcome::done) << alone[m].reason;
+    for (const std::vector<Recording>* other : {&together, &pairs}) {
+      const Recording& recording = (*other)[m];
+      ASSERT_EQ(recording.outcome, Outcome::done) << recording.reason;
+      EXPECT_EQ(recording.dt_ms, alone[m].dt_ms);
+      ASSERT_EQ(recording.ecg.size(), alone[m].ecg.size());
+      EXPECT_EQ(std::memcmp(recording.ecg.data(), alone[m].ecg.data(), alone[m].ecg.size() * sizeof(float)),
+                0)
+          << m;
+      EXPECT_EQ(std::memcmp(recording.features.data(), alone[m].features.data(),
+                            alone[m].features.size() * sizeof(float)),
+                0)
+          << m;
+    }
+  }
+  EXPECT_LT(alone[2].dt_ms, alone[0].dt_ms);
+  EXPECT_NE(alone[3].ecg, alone[0].ecg);
+  EXPECT_NE(alone[1].ecg, alone[0].ecg);
+}
+
+TEST(Simulation, LimbLeadsAreExactCombinationsAndNothingIsUndefined) {
+  const Scene scene = coarse_heart();
+  const Recording recording = run(scene, {member(scene, 0, {})}, 1)[0];
+  const std::size_t samples = layout(scene).ecg_ms.size();
+  ASSERT_EQ(samples, 20u);
+  double largest = 0;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const auto lead = [&](std::size_t l) { return recording.ecg[l * samples + k]; };
+    EXPECT_EQ(lead(2), lead(1) - lead(0));
+    EXPECT_NEAR(lead(0) + lead(2), lead(1), 1e-6 * (std::abs(lead(0)) + std::abs(lead(1))));
+    EXPECT_NEAR(lead(3) + lead(4) + lead(5), 0, 1e-6 * (std::abs(lead(0)) + std::abs(lead(1))));
+    for (std::size_t l = 0; l < 12; ++l) {
+      EXPECT_TRUE(std::isfinite(lead(l)));
+      largest = std::max(largest, std::abs(static_cast<double>(lead(l))));
+    }
+  }
+  EXPECT_GT(largest, 0.001);
+  EXPECT_LT(largest, 10);
+}
+
+TEST(Simulation, AMemberThatCannotRunIsRejectedWithItsReasonAndTheOthersRun) {
+  Scene scene = coarse_heart();
+  const std::vector<Member> members = {
+      member(scene, 0, {}), member(scene, 1, {{"stimuli.sinus.radius_mm", 0.01}}), member(scene, 2, {})};
+  const std::vector<Recording> recordings = run(scene, members, 3);
+  EXPECT_EQ(recordings[1].outcome, Outcome::rejected);
+  EXPECT_NE(recordings[1].reason.find("stimulus \"sinus\" reaches no tissue"), std::string::npos)
+      << recordings[1].reason;
+  EXPECT_EQ(recordings[0].outcome, Outcome::done);
+  EXPECT_EQ(recordings[0].ecg, recordings[2].ecg);
+}
+
+TEST(Simulation, AnUnstableMemberSaysWhenAndDoesNotTouchItsNeighbours) {
+  Scene scene = coarse_heart();
+  scene.parameters[scene.parameters.index("time.dt_ms")].value = 2;  // beyond what the cell model bears
+  const std::vector<Member> members = {
+      member(scene, 0, {{tau_in, 0.05}, {"stimuli.sinus.amplitude_mV_per_ms", 1000}}),
+      member(scene, 1, {{tau_in, 5}, {"stimuli.sinus.amplitude_mV_per_ms", 10}})};
+  const std::vector<Recording> recordings = run(scene, members, 2);
+  EXPECT_EQ(recordings[0].outcome, Outcome::unstable) << recordings[0].reason;
+  EXPECT_GT(recordings[0].failed_at_ms, 0);
+  EXPECT_LE(recordings[0].failed_at_ms, 40);
+  EXPECT_EQ(recordings[1].outcome, Outcome::done) << recordings[1].reason;
+  EXPECT_EQ(recordings[1].ecg, run(scene, {members[1]}, 1)[0].ecg);
+}
+
+TEST(Simulation, TimesOut) {
+  Scene scene = coarse_heart();
+  scene.parameters[scene.parameters.index("time.end_ms")].value = 1000;
+  const Recording recording = run(scene, {member(scene, 0, {})}, 1, 0.01)[0];
+  EXPECT_EQ(recording.outcome, Outcome::timeout);
+  EXPECT_NE(recording.reason.find("not finished after"), std::string::npos);
+}
+
+TEST(Simulation, AGivenStepMustDivideTheSamplingInterval) {
+  Scene scene = coarse_heart();
+  scene.parameters[scene.parameters.index("time.dt_ms")].value = 0.03;
+  EXPECT_THROW(make_plan(device(), scene, {}, {}), std::invalid_argument);
+}
+
+TEST(Simulation, AnEcgIsTheSameWhateverElseIsRecorded) {
+  Scene scene = coarse_heart();
+  const Recording both = run(scene, {member(scene, 0, {})}, 1)[0];
+  scene.activation.reset();
+  const Recording ecg_alone = run(scene, {member(scene, 0, {})}, 1)[0];
+  EXPECT_EQ(both.ecg, ecg_alone.ecg);
+  EXPECT_TRUE(ecg_alone.features.empty());
+}
+
+TEST(Vertices, CountTheCellsAroundThem) {
+  Slab slab({3, 2, 1}, 1, Precision::single_, "mitchell_schaeffer", {});
+  const std::vector<std::uint8_t> types = slab.tissue->vertices(1);
+  // A box of 3 x 2 x 1 cells has 4 x 3 x 2 vertices, all on its surface.
+  EXPECT_EQ(std::count(types.begin(), types.end(), 1), 0);
+  EXPECT_EQ(std::count(types.begin(), types.end(), 2), 24);
+  Slab cube({4, 4, 4}, 1, Precision::single_, "mitchell_schaeffer", {});
+  const std::vector<std::uint8_t> cube_types = cube.tissue->vertices(1);
+  EXPECT_EQ(std::count(cube_types.begin(), cube_types.end(), 1), 27);
+  EXPECT_EQ(std::count(cube_types.begin(), cube_types.end(), 2), 125 - 27);
+}
+
+}  // namespace
+}  // namespace cohort::test
