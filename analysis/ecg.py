@@ -68,7 +68,7 @@ def draw(leads, time_ms, ecg, bold, gain, title, note):
     index = {name: i for i, name in enumerate(leads)}
     shown = time_ms - time_ms[0] <= LONGEST_LEAD_MS
     tallest = gain * numpy.nanmax(numpy.abs(ecg))
-    row = max(4 * LARGE_SQUARE_MM, min(up_to_large_square(1.5 * tallest), 12 * LARGE_SQUARE_MM))
+    row = max(4 * LARGE_SQUARE_MM, min(up_to_large_square(1.2 * tallest), 12 * LARGE_SQUARE_MM))
     first = up_to_large_square(max(row / 2, tallest + 2, gain * CALIBRATION_MV + 2))  # baseline of the first row, from the top
     column = max(up_to_large_square(MM_PER_MS * numpy.ptp(time_ms[shown]) + 3), 4 * LARGE_SQUARE_MM)
     left = 2 * LARGE_SQUARE_MM
@@ -116,7 +116,7 @@ def main(arguments=None):
             f"{pathlib.Path(options.store).name}: {len(members)} of {store.members} members, member {member} bold",
             f"25 mm/s    {options.gain:g} mm/mV    small squares 1 mm = 40 ms x {1 / options.gain:g} mV    "
             f"calibration {CALIBRATION_MV} mV, {CALIBRATION_MM / MM_PER_MS:.0f} ms")
-    figure.savefig(output, dpi=130)
+    figure.savefig(output, dpi=100)
 
 
 if __name__ == "__main__":
