@@ -112,7 +112,8 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
 
   std::string options = "-cl-std=CL1.2";
   if (info_.gpu) options += " -DGPU";
-  for (const std::string& definition : definitions) options += " -D" + definition;
+  for (const std::string& definition : definitions)
+    options += definition.starts_with("-") ? " " + definition : " -D" + definition;
 
   const std::string key = options + "\n" + source;
   for (const auto& [known, program] : programs_)
@@ -128,6 +129,12 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
   }
   programs_.emplace_back(key, program);
   return program;
+}
+
+std::vector<std::string> Device::register_cap(int count) const {
+  const std::string extensions = info_.handle.getInfo<CL_DEVICE_EXTENSIONS>();
+  if (extensions.find("cl_nv_compiler_options") == std::string::npos) return {};
+  return {"-cl-nv-maxrregcount=" + std::to_string(count)};
 }
 
 cl::Buffer Device::allocate(std::size_t bytes) {

@@ -41,6 +41,10 @@ class Device {
   cl::Program build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
                     const std::string& generated = {});
 
+  /// Options that cap a program's registers at `count` where the driver takes one (NVIDIA's), else none: more work-groups
+  /// are then resident and hide the latency of memory.
+  std::vector<std::string> register_cap(int count) const;
+
   /// Device memory, uninitialised. Throws std::runtime_error naming the bytes when it cannot be had.
   cl::Buffer allocate(std::size_t bytes);
   std::size_t allocated_bytes() const { return allocated_bytes_; }
