@@ -1,10 +1,12 @@
-// Sums over tissue in a fixed order: blocks of 256 cells, then the blocks of a member. Members never share a block.
+// Sums over tissue in a fixed order: blocks of cells, then the blocks of a member. Members never share a block.
 // GPUs reduce a block by a work-group, CPUs by a loop of one work-item. Needs segments.clh, diffusion.clh and
-// -D LEADS (0 without an ECG).
+// -D LEADS (0 without an ECG), BLOCK (cells of a block).
 #ifndef LEADS
 #error "record.cl needs LEADS"
 #endif
-#define BLOCK 256
+#ifndef BLOCK
+#error "record.cl needs BLOCK"
+#endif
 #define QUANTITIES (LEADS + 1)  // the leads, and the number of cells whose potential is no number of use
 #define LARGEST_POTENTIAL_mV 1000
 

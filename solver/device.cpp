@@ -28,16 +28,6 @@ constexpr cl_device_info device_pci_domain_nv = 0x400A;
 
 std::string unique_id(const cl::Device& device, const std::string& fallback) {
   const std::string extensions = device.getInfo<CL_DEVICE_EXTENSIONS>();
-  if (extensions.find("cl_nv_device_attribute_query") != std::string::npos) {
-    cl_uint bus = 0, slot = 0, domain = 0;
-    if (clGetDeviceInfo(device(), device_pci_bus_nv, sizeof bus, &bus, nullptr) == CL_SUCCESS &&
-        clGetDeviceInfo(device(), device_pci_slot_nv, sizeof slot, &slot, nullptr) == CL_SUCCESS) {
-      clGetDeviceInfo(device(), device_pci_domain_nv, sizeof domain, &domain, nullptr);
-      std::array<char, 32> text{};
-      std::snprintf(text.data(), text.size(), "pci %04x:%02x:%02x", domain, bus, slot >> 3);
-      return text.data();
-    }
-  }
   if (extensions.find("cl_khr_device_uuid") != std::string::npos) {
     std::array<unsigned char, 16> uuid{};
     if (clGetDeviceInfo(device(), device_uuid_khr, uuid.size(), uuid.data(), nullptr) == CL_SUCCESS) {
@@ -48,6 +38,16 @@ std::string unique_id(const cl::Device& device, const std::string& fallback) {
         text += hex.data();
       }
       return text;
+    }
+  }
+  if (extensions.find("cl_nv_device_attribute_query") != std::string::npos) {
+    cl_uint bus = 0, slot = 0, domain = 0;
+    if (clGetDeviceInfo(device(), device_pci_bus_nv, sizeof bus, &bus, nullptr) == CL_SUCCESS &&
+        clGetDeviceInfo(device(), device_pci_slot_nv, sizeof slot, &slot, nullptr) == CL_SUCCESS) {
+      clGetDeviceInfo(device(), device_pci_domain_nv, sizeof domain, &domain, nullptr);
+      std::array<char, 32> text{};
+      std::snprintf(text.data(), text.size(), "pci %04x:%02x:%02x", domain, bus, slot);
+      return text.data();
     }
   }
   return fallback;
@@ -112,7 +112,8 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
 
   std::string options = "-cl-std=CL1.2";
   if (info_.gpu) options += " -DGPU";
-  for (const std::string& definition : definitions) options += " -D" + definition;
+  for (const std::string& definition : definitions)
+    options += definition.starts_with("-") ? " " + definition : " -D" + definition;
 
   const std::string key = options + "\n" + source;
   for (const auto& [known, program] : programs_)
@@ -128,6 +129,12 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
   }
   programs_.emplace_back(key, program);
   return program;
+}
+
+std::vector<std::string> Device::register_cap(int count) const {
+  const std::string extensions = info_.handle.getInfo<CL_DEVICE_EXTENSIONS>();
+  if (extensions.find("cl_nv_compiler_options") == std::string::npos) return {};
+  return {"-cl-nv-maxrregcount=" + std::to_string(count)};
 }
 
 cl::Buffer Device::allocate(std::size_t bytes) {

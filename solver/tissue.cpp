@@ -73,6 +73,7 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   define("NX", grid.cells[0]);
   define("NY", grid.cells[1]);
   define("NZ", grid.cells[2]);
+  define("BLOCK", Tissue::block_cells);
   define("PARAMETERS", scene.parameters.size());
   define("REGION_FIRST", regions.first);
   define("REGION_STRIDE", regions.stride);
