@@ -189,7 +189,9 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   // The last sample, at end_ms, is for the check alone.
   for (int first = 0; first <= samples && !stopped; first += samples_per_fetch) {
     const int count = std::min(samples_per_fetch, samples + 1 - first);
-    launcher.profile(batches > 0 || first > 0 ? first / samples_per_fetch % fetches_per_profile == 1 : false);
+    // The very first launches are not timed: kernels are still being compiled.
+    const int fetch = first / samples_per_fetch;
+    launcher.profile(fetch % fetches_per_profile == (batches > 0 ? 0 : 1));
     for (int k = 0; k < count; ++k) {
       recorder.sample(tissue, monodomain, weights, k);
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
