@@ -66,10 +66,10 @@ kernel void link_segments(global const int *restrict first_cell, global const in
   int8 n = (int8)VOID_CELL;
   if (cell >= 0) {
     const int run = cell / LANES, row = NX / LANES, layer = NX / LANES * NY;
-    const int8 runs = clamp(run + (int8)(-row, row, -layer, layer, -row - layer, row - layer, layer - row, layer + row),
-                            0, grid_cells / LANES - 1);
-    n = LANES * (int8)(place[runs.s0], place[runs.s1], place[runs.s2], place[runs.s3], place[runs.s4], place[runs.s5],
-                       place[runs.s6], place[runs.s7]);
+    const int last = grid_cells / LANES - 1;
+#define PLACE(offset) place[clamp(run + (offset), 0, last)]
+    n = LANES * (int8)(PLACE(-row), PLACE(row), PLACE(-layer), PLACE(layer), PLACE(-row - layer), PLACE(row - layer),
+                       PLACE(layer - row), PLACE(layer + row));
   }
   neighbours[s] = n;
 }
