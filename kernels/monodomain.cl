@@ -1,5 +1,6 @@
 // The monodomain equation dV/dt = div(D grad V) / 1 - I_ion / C_m + I_stim on the compact tissue, diffusion and reaction
-// split symmetrically (Strang 1968): half a diffusion step, then reaction and diffusion steps in turn. One launch is a
+// split symmetrically (Strang 1968): half a diffusion step, then reaction and diffusion steps in turn. The diffusion step
+// is explicit Euler, so that the whole is first order in dt; at the steps taken that error is far below the grid's. One launch is a
 // diffusion step followed by a reaction step; the half step that closes the scheme at a sample is in record.cl and
 // leaves the state as it is, so that sampling does not change the solution.
 //
@@ -16,16 +17,18 @@
 #define MEMBER(member_of, i) member_of[(i) / LANES]
 #endif
 
-// V (mV) -> V_new after diffusion over dt_diffusion and reaction over dt, both ms, ending at time_end.
+// V (mV) -> V_new after diffusion over dt_diffusion and reaction over dt, both ms; the step begins at time_whole +
+// time_fraction (see stimulus.clh). V_before: potential at the start of the step, V itself unless diffusion substeps came
+// between.
 // states (CELL_STATES, stride). activation: time of the first upward crossing of the threshold, -1 before it.
-kernel void monodomain_step(global const real *restrict V, global real *restrict V_new, global real *restrict states,
+kernel void monodomain_step(global const real *V, global const real *V_before, global real *restrict V_new, global real *restrict states,
                             global const real *restrict stencil, global const real *restrict inverse_capacity,
                             global const int8 *restrict neighbours, global const ushort *restrict member_of,
                             global const real *restrict derived, global const real *restrict derived_fields,
                             global float *restrict activation, global const uchar *restrict stimulated_by,
                             global const real *restrict stimuli, global const real *restrict parameters,
                             const int stride, const real dt_diffusion,
-                            const real dt, const real time) {
+                            const real dt, const real time_whole, const real time_fraction) {
   const int i = THIS_CELL;
   const int member = MEMBER(member_of, i);
   const Rows rows = neighbour_rows(neighbours, i);
@@ -37,7 +40,7 @@ kernel void monodomain_step(global const real *restrict V, global real *restrict
   realv state[CELL_STATES];
   for (int k = 0; k < CELL_STATES; ++k) state[k] = LOAD(states + i + k * (size_t)stride);
 #ifdef STIMULATED
-  const realv stimulus = stimulus_mV_per_ms(stimulated_by + i, stimuli + member * STIMULI * STIMULUS_NUMBERS, time, dt);
+  const realv stimulus = stimulus_mV_per_ms(stimulated_by + i, stimuli + member * STIMULI * STIMULUS_NUMBERS, time_whole, time_fraction, dt);
 #else
   const realv stimulus = 0;
 #endif
@@ -49,22 +52,26 @@ kernel void monodomain_step(global const real *restrict V, global real *restrict
 
 #ifdef ACTIVATION
   const real threshold = parameters[(size_t)member * PARAMETERS + PARAM_electrophysiology_activation_threshold_mV];
-  const intv crossed = isless(V_old, (realv)(threshold)) & isgreaterequal(u, (realv)(threshold));
+  const realv before = LOAD(V_before + i);
+  const intv crossed = isless(before, (realv)(threshold)) & isgreaterequal(u, (realv)(threshold));
   if (ANY(crossed)) {
-    const realv when = time + dt * (threshold - V_old) / (u - V_old);
+    const realv when = time_whole + (time_fraction + dt * (threshold - before) / (u - before));
     for (int k = 0; k < WIDTH; ++k) {
-      const bool first = LANE(u, k) >= threshold && LANE(V_old, k) < threshold && activation[i + k] < 0;
+      const bool first = LANE(u, k) >= threshold && LANE(before, k) < threshold && activation[i + k] < 0;
       if (first) activation[i + k] = (float)LANE(when, k);
     }
   }
 #endif
 }
 
-// V_new = V + dt div(D grad V): the diffusion step alone, for substeps below the explicit limit.
+// V_new = V + dt div(D grad V): the diffusion step alone, for substeps below the explicit limit. Cells without tissue keep
+// their value, whatever their neighbours in memory hold.
 kernel void diffusion_step(global const real *restrict V, global real *restrict V_new,
                            global const real *restrict stencil, global const real *restrict inverse_capacity,
                            global const int8 *restrict neighbours, const int stride, const real dt) {
   const int i = THIS_CELL;
   const Rows rows = neighbour_rows(neighbours, i);
-  STORE(fma(dt * LOAD(inverse_capacity + i), diffusion(V, stencil, stride, rows, i), LOAD(V + i)), V_new + i);
+  const realv V_old = LOAD(V + i), inverse = LOAD(inverse_capacity + i);
+  const realv u = fma(dt * inverse, diffusion(V, stencil, stride, rows, i), V_old);
+  STORE(WHERE(isgreater(inverse, (realv)(0)), u, V_old), V_new + i);
 }

@@ -1,6 +1,7 @@
 #include "solver/monodomain.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "solver/stimulus.hpp"
@@ -164,6 +165,12 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
   dt_ms_ = dt_ms;
   substeps_ = substeps;
   current_ = 0;
+  if (substeps > 1 && scratch_capacity_ < capacity_) {
+    scratch_capacity_ = capacity_;
+    const std::size_t bytes = static_cast<size_t>(capacity_) * real_bytes(scene_.precision);
+    scratch_ = launcher_.device().allocate(bytes);
+    launcher_.queue().enqueueFillBuffer(scratch_, cl_uchar{0}, 0, bytes);
+  }
   const auto n = static_cast<std::size_t>(tissue.stride);
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NDRange(1), 0, parameters,
@@ -180,31 +187,46 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
   const cl::NDRange local(Tissue::block_cells / static_cast<size_t>(width_));
   const auto bytes = static_cast<double>(cells);
   const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
+  const cl::Buffer* before = &potential_[current_];
+  if (substeps_ > 1 && scene_.activation) {
+    launcher_.queue().enqueueCopyBuffer(potential_[current_], scratch_, 0, 0,
+                                        static_cast<size_t>(tissue.stride) * real_bytes(scene_.precision));
+    before = &scratch_;
+  }
   for (int substep = 1; substep < substeps_; ++substep) {
-    launcher_(kernels_->diffusion_step, global, local,
-              bytes * (9 * static_cast<double>(real_bytes(scene_.precision)) + 4), potential_[current_],
-              potential_[1 - current_], stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride,
-              Real{dt_diffusion});
+    diffuse(tissue, potential_[current_], potential_[1 - current_], dt_diffusion);
     current_ = 1 - current_;
   }
+  const double whole = std::floor(time_ms);
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
   launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
-            bytes * bytes_per_cell_step(), potential_[current_], potential_[1 - current_], states_, stencil_,
+            bytes * bytes_per_cell_step(), potential_[current_], *before, potential_[1 - current_], states_, stencil_,
             tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
             activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion},
-            Real{dt_ms_}, Real{time_ms});
+            Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
   current_ = 1 - current_;
 }
 
-const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
+void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->diffusion_step, cl::NDRange(cells / static_cast<size_t>(width_)),
-            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)), 0, potential_[current_],
-            potential_[1 - current_], stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride,
-            Real{0.5 * dt_ms_});
-  return potential_[1 - current_];
+            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)), static_cast<double>(cells) * (9 * real + 4),
+            from, to, stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride, Real{dt_ms});
+}
+
+const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
+  const cl::Buffer* from = &potential_[current_];
+  const cl::Buffer* to = &potential_[1 - current_];  // free until the next step
+  const int steps = std::max(substeps_ / 2, 1);
+  for (int step = 0; step < steps; ++step) {
+    diffuse(tissue, *from, *to, 0.5 * dt_ms_ / steps);
+    from = to;
+    to = from == &scratch_ ? &potential_[1 - current_] : &scratch_;
+  }
+  return *from;
 }
 
 }  // namespace cohort

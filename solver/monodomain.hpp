@@ -31,6 +31,7 @@ class Monodomain {
   /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays
   /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
+  int substeps() const { return substeps_; }
 
   /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.
   const cl::Buffer& potential() const { return potential_[current_]; }
@@ -48,6 +49,7 @@ class Monodomain {
   double bytes_per_cell_step() const;
 
  private:
+  void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
   void choose_fields(std::span<const Member> members);
 
   Launcher& launcher_;
@@ -68,6 +70,8 @@ class Monodomain {
 
   cl::Buffer potential_[2], states_, stencil_, derived_, derived_fields_, fastest_rate_buffer_, activation_,
       stimulated_by_, stimuli_buffer_;
+  cl::Buffer scratch_;  ///< potential at the start of a step and while it is closed; with substeps only
+  int scratch_capacity_ = 0;
   struct Kernels {
     Launcher::Handle derive, initialise, step, stimulated_step, diffusion_step;
   };

@@ -37,17 +37,20 @@ void Recorder::prepare(const Tissue& tissue) {
                                        tissue.first_block.data());
 }
 
-void Recorder::sample(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer* weights,
+void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights,
                       int slot) {
+  // Within the explicit limit the closing half step is part of the sum; beyond it it takes substeps of its own.
+  const bool substeps = monodomain.substeps() > 1;
+  const cl::Buffer& potential = substeps ? monodomain.closed_potential(tissue) : monodomain.potential();
   const bool gpu = launcher_.device().info().gpu;
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
   const auto group = static_cast<std::size_t>(Tissue::block_cells);
   const double real = static_cast<double>(real_bytes(precision_));
   const double bytes = static_cast<double>(blocks * group) * (real * (8 + quantities_ - 1) + 4);
   launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), cl::NDRange(gpu ? group : 1), bytes,
-            monodomain.potential(), monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
+            potential, monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
             weights != nullptr ? *weights : monodomain.potential(), partial_, tissue.stride, tissue.blocks,
-            Real{0.5 * monodomain.dt_ms()});
+            Real{substeps ? 0.0 : 0.5 * monodomain.dt_ms()});
   const auto rows = static_cast<std::size_t>(members_ * quantities_);
   launcher_(record_totals_, cl::NDRange(gpu ? rows * group : rows), cl::NDRange(gpu ? group : 1),
             static_cast<double>(blocks) * quantities_ * real, partial_, first_block_, series_[half_],

@@ -17,7 +17,7 @@ class Recorder {
 
   void prepare(const Tissue& tissue);
   /// Enqueues sample number `slot` of the current half of the buffer.
-  void sample(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer* weights, int slot);
+  void sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot);
 
   /// Starts reading the `count` samples of the current half and turns to the other half. Not blocking.
   void start_fetch(int count);

@@ -48,9 +48,10 @@ bool stimulus_on(std::span<const double> block, double time, double dt) {
       if (overlaps(start)) return true;
       continue;
     }
-    const double latest = std::clamp(std::floor((time + dt - start) / period), 0.0, block[first + 3] - 1);
-    if (overlaps(start + latest * period) || (latest > 0 && overlaps(start + (latest - 1) * period)))
-      return true;
+    const double latest =
+        std::clamp(std::floor((time + dt - start) / period), 0.0, std::floor(block[first + 3]) - 1);
+    for (double pulse = latest; pulse >= 0 && start + pulse * period + duration > time; --pulse)
+      if (overlaps(start + pulse * period)) return true;
   }
   return false;
 }
