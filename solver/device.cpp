@@ -151,8 +151,10 @@ cl::Buffer Device::allocate(std::size_t bytes) {
 
 double Device::triad_GB_per_s() {
   if (triad_ > 0) return triad_;
-  // Three arrays of 2 GiB on GPUs, 128 MiB on CPUs: several times the last cache.
-  const std::size_t count = (info_.gpu ? std::size_t{1} << 29 : std::size_t{1} << 25);
+  // Three arrays of 2 GiB on large GPUs, 128 MiB on CPUs: several times the last cache.
+  const std::size_t most = info_.gpu ? std::size_t{1} << 29 : std::size_t{1} << 25;
+  const std::size_t count =
+      std::min(most, info_.memory_bytes / 128 / 4 * 4);  // a thirty-second of the memory each
   const cl::Program program = build({"triad.cl"}, {});
   std::array<cl::Buffer, 3> arrays;
   for (cl::Buffer& array : arrays) {

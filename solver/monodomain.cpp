@@ -81,8 +81,8 @@ void Monodomain::choose_fields(std::span<const Member> members) {
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
   if (scene_.activation) options.push_back("ACTIVATION");
-  // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler takes. A model
-  // of many states would spill.
+  // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler
+  // takes. A model of many states would spill.
   constexpr std::size_t few_states = 2;
   if (model_.states.size() <= few_states && scene_.precision == Precision::single_)
     for (const std::string& option : device.register_cap(40)) options.push_back(option);
@@ -202,8 +202,8 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
   launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
-            bytes * bytes_per_cell_step(), potential_[current_], *before, potential_[1 - current_], states_, stencil_,
-            tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
+            bytes * bytes_per_cell_step(), potential_[current_], *before, potential_[1 - current_], states_,
+            stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
             activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion},
             Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
   current_ = 1 - current_;
@@ -213,8 +213,9 @@ void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl:
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->diffusion_step, cl::NDRange(cells / static_cast<size_t>(width_)),
-            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)), static_cast<double>(cells) * (9 * real + 4),
-            from, to, stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.stride, Real{dt_ms});
+            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
+            static_cast<double>(cells) * (9 * real + 4), from, to, stencil_, tissue.inverse_capacity,
+            tissue.neighbours, tissue.stride, Real{dt_ms});
 }
 
 const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {

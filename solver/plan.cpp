@@ -1,3 +1,5 @@
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -100,6 +102,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
   const TimeSteps steps =
       choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
+  const double bound = 2 / monodomain.fastest_rate()[0];
+  if (steps.dt_ms > 0.5 * bound)
+    spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
+                 steps.dt_ms, bound);
   const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   plan.dt_ms = steps.dt_ms;
   plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));

@@ -37,9 +37,9 @@ void Recorder::prepare(const Tissue& tissue) {
                                        tissue.first_block.data());
 }
 
-void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights,
-                      int slot) {
-  // Within the explicit limit the closing half step is part of the sum; beyond it it takes substeps of its own.
+void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot) {
+  // Within the explicit limit the closing half step is part of the sum; beyond it it takes substeps of its
+  // own.
   const bool substeps = monodomain.substeps() > 1;
   const cl::Buffer& potential = substeps ? monodomain.closed_potential(tissue) : monodomain.potential();
   const bool gpu = launcher_.device().info().gpu;

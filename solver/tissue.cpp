@@ -209,6 +209,18 @@ void Tissue::build_fibres(const cl::Buffer& parameters) {
             first_cell, member_of, region, fibre, stride);
 }
 
+std::array<double, 3> Tissue::centre(std::size_t place_in_fields) const {
+  const std::int64_t cell =
+      (first_cells[place_in_fields / lanes] + static_cast<std::int64_t>(place_in_fields % lanes)) %
+      grid_.size();
+  const auto& [nx, ny, nz] = grid_.cells;
+  const std::array<std::int64_t, 3> index = {cell % nx, cell / nx % ny, cell / (std::int64_t{nx} * ny)};
+  std::array<double, 3> result{};
+  for (size_t axis = 0; axis < 3; ++axis)
+    result[axis] = grid_.origin_mm[axis] + grid_.dx_mm * (static_cast<double>(index[axis]) + 0.5);
+  return result;
+}
+
 std::vector<std::uint8_t> Tissue::vertices(int members) {
   const auto& [nx, ny, nz] = grid_.cells;
   const auto count = static_cast<std::size_t>(nx + 1) * static_cast<std::size_t>(ny + 1) *

@@ -65,6 +65,8 @@ class Tissue {
   cl::Buffer first_cell, place, member_of, neighbours, region, capacity, inverse_capacity, fibre;
 
   const Grid& grid() const { return grid_; }
+  /// Centre of the tissue cell at a place of the compact fields, mm.
+  std::array<double, 3> centre(std::size_t place_in_fields) const;
   /// Device bytes for `members` members with `stride` compact cells in all.
   static std::size_t bytes(const Grid& grid, int members, std::int64_t stride, Precision precision);
 

@@ -35,18 +35,19 @@ Point vector_value(const ParameterTable& table, const std::vector<double>& value
   return {values[first], values[first + 1], values[first + 2]};
 }
 
+/// Level of a place in the torso: below 1 inside its cross-section, or for the ellipsoid inside; 1 on the
+/// skin.
+double level_of(TorsoKind kind, const Sizes& torso, const Point& place) {
+  Point u;  // from the centre, in half-extents
+  for (std::size_t i = 0; i < 3; ++i) u[i] = std::abs((place[i] - torso.centre[i]) / torso.half[i]);
+  if (kind == TorsoKind::ellipsoid) return std::hypot(u[0], u[1], u[2]);
+  if (kind == TorsoKind::box) return std::max(u[0], u[1]);
+  return std::pow(std::pow(u[0], torso.exponent) + std::pow(u[1], torso.exponent), 1 / torso.exponent);
+}
+
 /// `place` on the skin, or as given when it is inside and may stay there.
 Point on_skin(TorsoKind kind, const Sizes& torso, Point place, bool may_be_inside) {
-  Point u;  // from the centre, in half-extents
-  for (std::size_t i = 0; i < 3; ++i) u[i] = (place[i] - torso.centre[i]) / torso.half[i];
-  const double x = std::abs(u[0]), y = std::abs(u[1]), z = std::abs(u[2]);
-  double level = 0;  // 1 on the ray's end
-  if (kind == TorsoKind::ellipsoid)
-    level = std::hypot(x, y, z);
-  else if (kind == TorsoKind::box)
-    level = std::max(x, y);
-  else
-    level = std::pow(std::pow(x, torso.exponent) + std::pow(y, torso.exponent), 1 / torso.exponent);
+  const double level = level_of(kind, torso, place);
   if (kind != TorsoKind::ellipsoid)
     place[2] = std::clamp(place[2], torso.centre[2] - torso.half[2], torso.centre[2] + torso.half[2]);
   if (level == 0 || (level <= 1 && may_be_inside)) return place;
@@ -58,14 +59,14 @@ Point on_skin(TorsoKind kind, const Sizes& torso, Point place, bool may_be_insid
 }  // namespace
 
 void declare_torso(ParameterTable& table, TorsoKind kind) {
-  const std::string notes = "tuned to a normal ECG (reference/heart_notes.md)";
+  const std::string notes = "chosen to give a normal ECG; one of many possible sets";
   table.add({"torso.conductivity_mS_per_mm", "mS/mm", 0.20, 1e-3, 10, "conductivity of the torso, isotropic",
              notes});
   if (kind != TorsoKind::unbounded) {
     Parameter dx{"torso.dx_mm",
                  "mm",
                  5,
-                 0.5,
+                 1,
                  20,
                  "edge of a cell of the torso's grid",
                  "measured: tests/verification/lead_field.cpp"};
@@ -181,6 +182,16 @@ Torso::Box Torso::box(const std::vector<double>& values) const {
     grid.corner[i] = grid.centre[i] - grid.cells[i] * grid.dx / 2;
   }
   return grid;
+}
+
+bool Torso::holds(std::span<const Point> places_mm, const std::vector<double>& values) const {
+  if (kind_ == TorsoKind::unbounded) return true;
+  const Sizes torso = sizes(kind_, table_, values);
+  return std::all_of(places_mm.begin(), places_mm.end(), [&](const Point& place) {
+    const bool between_ends =
+        kind_ == TorsoKind::ellipsoid || std::abs(place[2] - torso.centre[2]) < torso.half[2];
+    return between_ends && level_of(kind_, torso, place) < 1;
+  });
 }
 
 std::size_t Torso::bytes(const std::vector<double>& values) const {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -69,6 +70,9 @@ class Torso {
   /// The member's block that kernels/lead_field.clh reads beside the fields: pose, 1/conductivity, grid,
   /// electrodes.
   std::vector<double> block(const std::vector<double>& values);
+
+  /// Whether all places, in the torso's frame, lie inside the torso of these values.
+  bool holds(std::span<const Point> places_mm, const std::vector<double>& values) const;
 
   /// Device memory that fields(values) will take, in bytes; allocates nothing.
   std::size_t bytes(const std::vector<double>& values) const;

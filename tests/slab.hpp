@@ -83,11 +83,7 @@ struct Slab {
   void each_cell(const std::function<void(std::size_t, const std::array<double, 3>&)>& visit) const {
     for (std::size_t i = 0; i < tissue->regions.size(); ++i) {
       if (tissue->regions[i] == 255) continue;
-      const int cell = tissue->first_cells[i / 8] + static_cast<int>(i % 8);
-      const std::array<int, 3> index = {cell % grid.cells[0], cell / grid.cells[0] % grid.cells[1],
-                                        cell / (grid.cells[0] * grid.cells[1])};
-      std::array<double, 3> centre{};
-      for (size_t a = 0; a < 3; ++a) centre[a] = grid.origin_mm[a] + grid.dx_mm * (index[a] + 0.5);
+      const std::array<double, 3> centre = tissue->centre(i);
       visit(i, centre);
     }
   }

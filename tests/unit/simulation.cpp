@@ -132,6 +132,80 @@ TEST(Simulation, AnUnstableMemberSaysWhenAndDoesNotTouchItsNeighbours) {
   EXPECT_EQ(recordings[1].ecg, run(scene, {members[1]}, 1)[0].ecg);
 }
 
+// A bar on a grid so fine that diffusion takes several substeps.
+Scene fine_bar(double dt_ms, bool ecg) {
+  Scene scene;
+  scene.geometry = GeometryKind::box;
+  scene.activation.emplace();
+  if (ecg) scene.ecg.emplace();
+  scene.torso = TorsoKind::unbounded;
+  scene.stimuli = {{"end", Stimulus::Kind::box, ""}};
+  declare_parameters(scene);
+  const auto set = [&](const std::string& path, double value) {
+    scene.parameters[scene.parameters.index(path)].value = value;
+  };
+  set("geometry.box.size_mm.x", 8);
+  set("geometry.box.size_mm.y", 0.4);
+  set("geometry.box.size_mm.z", 0.4);
+  set("grid.dx_mm", 0.1);
+  set("time.end_ms", 14);
+  set("time.dt_ms", dt_ms);
+  set("electrophysiology.conductivity_longitudinal_mS_per_mm", 2);
+  set("electrophysiology.conductivity_transverse_mS_per_mm", 2);
+  return scene;
+}
+
+TEST(Simulation, SubstepsKeepMembersApart) {
+  Scene scene = fine_bar(0.1, false);
+  const std::string amplitude = "stimuli.end.amplitude_mV_per_ms";
+  const std::vector<Member> members = {member(scene, 0, {{amplitude, 1000}, {tau_in, 0.05}}),
+                                       member(scene, 1, {})};
+  const std::vector<Recording> together = run(scene, members, 2), alone = run(scene, {members[1]}, 1);
+  EXPECT_EQ(together[0].outcome, Outcome::unstable);
+  EXPECT_EQ(together[1].outcome, Outcome::done) << together[1].reason;
+  EXPECT_EQ(together[1].features, alone[0].features);
+}
+
+TEST(Simulation, SubstepsLoseNoActivation) {
+  // Times with many substeps against those with a step so short that there is one.
+  const auto features = [](double dt) {
+    const Scene scene = fine_bar(dt, false);
+    return run(scene, {member(scene, 0, {})}, 1)[0].features;
+  };
+  const std::vector<float> many = features(0.05), one = features(0.001);
+  ASSERT_EQ(many.size(), 3u);
+  EXPECT_EQ(many[2], 1.0f);  // all cells are activated
+  EXPECT_EQ(one[2], 1.0f);
+  EXPECT_NEAR(many[1], one[1], 0.15) << "the last activation";
+  EXPECT_NEAR(many[0], one[0], 0.05) << "the first activation";
+}
+
+TEST(Simulation, SamplesAreStableWithSubsteps) {
+  const auto ecg = [](double dt) {
+    const Scene scene = fine_bar(dt, true);
+    return run(scene, {member(scene, 0, {{"stimuli.end.amplitude_mV_per_ms", 200}})}, 1)[0];
+  };
+  const Recording many = ecg(0.1), one = ecg(0.001);
+  ASSERT_EQ(many.outcome, Outcome::done) << many.reason;
+  ASSERT_EQ(one.outcome, Outcome::done) << one.reason;
+  double difference = 0, size = 0;
+  for (size_t k = 0; k < one.ecg.size(); ++k) {
+    difference =
+        std::max(difference, std::abs(static_cast<double>(many.ecg[k]) - static_cast<double>(one.ecg[k])));
+    size = std::max(size, std::abs(static_cast<double>(one.ecg[k])));
+  }
+  EXPECT_LT(difference, 0.05 * size);
+}
+
+TEST(Simulation, AHeartOutsideTheTorsoIsRejected) {
+  const Scene scene = coarse_heart();
+  const std::vector<Recording> recordings =
+      run(scene, {member(scene, 0, {{"torso.heart.position_mm.x", 300}}), member(scene, 1, {})}, 2);
+  EXPECT_EQ(recordings[0].outcome, Outcome::rejected);
+  EXPECT_NE(recordings[0].reason.find("inside the torso"), std::string::npos) << recordings[0].reason;
+  EXPECT_EQ(recordings[1].outcome, Outcome::done) << recordings[1].reason;
+}
+
 TEST(Simulation, TimesOut) {
   Scene scene = coarse_heart();
   scene.parameters[scene.parameters.index("time.end_ms")].value = 1000;
