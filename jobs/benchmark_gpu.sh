@@ -25,6 +25,9 @@ sizes() {  # name suffix, processes: as many members for each process
   run "batch$1" "$2" --set grid.dx_mm=2 --set campaign.members_per_device=32 --set campaign.members=$((512 * $2))
 }
 sizes _1 1
+# Set-up with a torso of its own for every member: nine elliptic solves each.
+run torso 1 --set grid.dx_mm=1 --set campaign.members_per_device=1 --set campaign.members=10 \
+  --set 'parameters.torso.half_width_mm={uniform: [165, 185]}'
 [ "$ranks" -gt 1 ] && sizes "_$ranks" "$ranks"
 echo
 echo "commit ${COMMIT:-$(git rev-parse --short HEAD 2> /dev/null || echo unknown)}, $(date -u +%F), $ranks process(es)"
