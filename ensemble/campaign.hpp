@@ -35,13 +35,15 @@ struct Campaign {
   Method method = Method::sobol;
   std::uint64_t seed = 0;
   std::string points_file;       ///< Method::csv: header of paths, a row for each member
+  std::vector<std::string> points_paths;  ///< Method::csv: the header
+  std::string points_sha256;     ///< Method::csv: checksum of the file
   double timeout_s = 3600;
   int retries = 0;
   int members_per_device = 0;    ///< 0: chosen by size
   double memory_limit_GB = 0;    ///< 0: what the device has
   std::string store;             ///< path of the HDF5 file
   std::string text;              ///< the file, verbatim, with --set applied as trailing comment lines
-  std::string sha256;            ///< of `text`
+  std::string sha256;            ///< of what determines the results (canonical_text), not of `text`
 };
 
 }  // namespace cohort

@@ -93,7 +93,8 @@ def devices(folder):
         result = cohort(folder, *arguments, environment=empty)
         expect(f"no device: {arguments[0]}", result, 1, "no OpenCL device: ", "install pocl-opencl-icd")
     assert not (folder / "none.h5").exists(), "a store was created without a device"
-    expect("a device that does not exist", cohort(folder, "plan", small, "--device", "99"), 1, "no OpenCL device 99")
+    expect("a device that does not exist", cohort(folder, "plan", small, "--device", "99"), 1,
+           "no OpenCL device 99; there are: 0 = ")
     expect("a device that is no number", cohort(folder, "plan", small, "--device", "fast"), 1, "cpu, gpu or an index")
 
 
