@@ -152,9 +152,9 @@ outputs: {activation: {}}
 TEST(Config, SetWins) {
   const Campaign campaign =
       parse_campaign(heart, "heart.yaml",
-                     {"grid.dx_mm=2", "geometry.heart.rv_wall_mm=4.5", "campaign.members=4",
-                      "store=other.h5", "outputs.ecg.rate_hz=250",
-                      "parameters.geometry.heart.lv_wall_mm={uniform: [8, 12]}", "time.end_ms=10"});
+                     {"grid.dx_mm=2", "geometry.heart.rv_wall_mm=4.5", "campaign.members=4", "store=other.h5",
+                      "outputs.ecg.rate_hz=250", "parameters.geometry.heart.lv_wall_mm={uniform: [8, 12]}",
+                      "time.end_ms=10"});
   EXPECT_EQ(value(campaign, "grid.dx_mm"), 2);
   EXPECT_EQ(value(campaign, "geometry.heart.rv_wall_mm"), 4.5);
   EXPECT_EQ(value(campaign, "outputs.ecg.rate_hz"), 250);
