@@ -95,12 +95,12 @@ class Store:
 
     @property
     def campaign(self):
-        """The campaign file, with what --set has changed: YAML."""
+        """The campaign file of the run that created the store, with what --set has changed: YAML."""
         return self._file.attrs["campaign"]
 
     @property
     def sha256(self):
-        """Of what identifies the campaign, hexadecimal."""
+        """Of what determines the results of the campaign, hexadecimal."""
         return self._file.attrs["sha256"]
 
     @property

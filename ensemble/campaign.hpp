@@ -12,8 +12,9 @@ namespace cohort {
 struct Distribution {
   enum class Kind { uniform, log_uniform, normal, choice };
   Kind kind = Kind::uniform;
-  double a = 0, b = 1;         ///< uniform, log_uniform: bounds; normal: mean, standard deviation
-  double lower = 0, upper = 0; ///< truncation of `normal` (its bounds, else the parameter's admissible range); else the bounds
+  double a = 0, b = 1;          ///< uniform, log_uniform: bounds; normal: mean, standard deviation
+  double lower = 0, upper = 0;  ///< truncation of `normal` (its bounds, else the parameter's admissible
+                                ///< range); else the bounds
   std::vector<double> choices;
 
   /// Value at u in [0, 1].
@@ -34,14 +35,16 @@ struct Campaign {
   std::int64_t members = 1;
   Method method = Method::sobol;
   std::uint64_t seed = 0;
-  std::string points_file;       ///< Method::csv: header of paths, a row for each member
+  std::string points_file;                ///< Method::csv: header of paths, a row for each member
+  std::vector<std::string> points_paths;  ///< Method::csv: the header
+  std::string points_sha256;              ///< Method::csv: checksum of the file
   double timeout_s = 3600;
   int retries = 0;
-  int members_per_device = 0;    ///< 0: chosen by size
-  double memory_limit_GB = 0;    ///< 0: what the device has
-  std::string store;             ///< path of the HDF5 file
-  std::string text;              ///< the file, verbatim, with --set applied as trailing comment lines
-  std::string sha256;            ///< of `text`
+  int members_per_device = 0;  ///< 0: chosen by size
+  double memory_limit_GB = 0;  ///< 0: what the device has
+  std::string store;           ///< path of the HDF5 file
+  std::string text;            ///< the file, verbatim, with --set applied as trailing comment lines
+  std::string sha256;          ///< of what determines the results (canonical_text), not of `text`
 };
 
 }  // namespace cohort

@@ -29,7 +29,7 @@ std::vector<DeviceInfo> of_kind(const std::vector<DeviceInfo>& all, bool gpu) {
 
 std::string list(const std::vector<DeviceInfo>& all) {
   std::string text;
-  for (size_t i = 0; i < all.size(); ++i) text += fmt::format("{}{} {}", i > 0 ? ", " : "", i, all[i].name);
+  for (size_t i = 0; i < all.size(); ++i) text += fmt::format("{}{} = {}", i > 0 ? ", " : "", i, all[i].name);
   return text;
 }
 
@@ -73,7 +73,7 @@ DeviceInfo choose_device(const std::string& wish, LocalRank local) {
   if (error != std::errc() || end != wish.data() + wish.size())
     throw std::runtime_error("--device takes cpu, gpu or an index, found \"" + wish + "\"");
   if (index >= all.size())
-    throw std::runtime_error(fmt::format("no OpenCL device {}; there are {}", index, list(all)));
+    throw std::runtime_error(fmt::format("no OpenCL device {}; there are: {}", index, list(all)));
   return all[index];
 }
 

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "ensemble/config_sections.hpp"
+#include "ensemble/identity.hpp"
 #include "ensemble/read_values.hpp"
 #include "ensemble/sha256.hpp"
 
@@ -33,16 +34,16 @@ std::string with_overrides(const std::string& text, const std::vector<std::strin
   return result;
 }
 
-/// `text` without the line of the top level's `store`.
-std::string without_store(const std::string& text) {
-  std::string result;
-  for (size_t begin = 0; begin < text.size();) {
-    const size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
-    const std::string line = text.substr(begin, end - begin);
-    if (!line.starts_with("store:")) result += line;
-    begin = end;
-  }
-  return result;
+/// What a --set sets and something samples would be ignored for every member: a mistake.
+void refuse_set_of_sampled(Node* scene, Node* outputs, const Campaign& campaign, Mistakes& mistakes) {
+  for (const SampledParameter& sampled : campaign.parameters)
+    refuse_set(scene, outputs, sampled.path,
+               fmt::format("is sampled under parameters; set its distribution, parameters.{}={{..}}, instead",
+                           sampled.path),
+               mistakes);
+  for (const std::string& path : campaign.points_paths)
+    refuse_set(scene, outputs, path, "is a column of the points; change it in " + campaign.points_file,
+               mistakes);
 }
 
 /// Declares the parameters that the structure holds; what a `sound` structure lacks is a mistake of the
@@ -123,6 +124,7 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
     if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);
     if (parameters) read_sampled(*parameters, campaign, mistakes);
     points = read_campaign_section(section, file, campaign, mistakes);
+    refuse_set_of_sampled(scene, outputs, campaign, mistakes);
   }
 
   campaign.store = std::filesystem::path(file).stem().string() + ".h5";
@@ -130,7 +132,7 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
   stop_on_mistakes();
 
   campaign.text = with_overrides(text, overrides) + points;
-  campaign.sha256 = sha256(without_store(campaign.text));
+  campaign.sha256 = sha256(canonical_text(campaign));
   return campaign;
 }
 

@@ -23,10 +23,10 @@ class ConfigError : public std::runtime_error {
 /// without the leading "scene.", and a YAML value that replaces or adds what stands there.
 ///
 /// Campaign::text is the file followed by a line "# --set key=value" for each override and, for a CSV of
-/// points, a line with its checksum. Campaign::sha256 names the campaign: two runs with one sha256 compute
-/// the same rows. Where the rows are stored is no part of that, so a `--set store=` does not enter the text,
-/// and the top level's `store` line is left out of what is hashed: a moved file is resumed from its new
-/// place.
+/// points, a line with its checksum; where the rows are stored does not enter it. Campaign::sha256 names the
+/// campaign by what determines its results (canonical_text), not by this text: two runs with one sha256
+/// compute the same rows. A store is resumed under another name, timeout, number of retries or members in a
+/// launch, and from a file whose comments have changed.
 ///
 /// Throws ConfigError with all mistakes; nothing else is thrown for bad input.
 Campaign read_campaign(const std::string& file, const std::vector<std::string>& overrides = {});

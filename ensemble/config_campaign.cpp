@@ -43,6 +43,19 @@ void read_count(Node& map, const std::string& key, std::int64_t least, int& valu
   value = static_cast<int>(*number);
 }
 
+void read_members(Node& node, Campaign& campaign, Mistakes& mistakes) {
+  constexpr std::int64_t most = 10'000'000;
+  const auto count = read_whole(node, node.path, 1, mistakes);
+  if (count.value_or(0) > most)
+    mistakes.add(
+        node.place,
+        fmt::format("{} is {}; at most {} (the host holds every member's parameters in memory); split "
+                    "the campaign",
+                    node.path, *count, most));
+  else
+    campaign.members = count.value_or(1);
+}
+
 /// The CSV of points: its header names what is sampled, its rows are the members. Returns its checksum as a
 /// line.
 std::string read_points(Node* points, Node* members, const Place& place, const std::string& file,
@@ -59,6 +72,8 @@ std::string read_points(Node* points, Node* members, const Place& place, const s
   campaign.points_file = (std::filesystem::path(file).parent_path() / *name).string();
   try {
     const CsvPoints table = read_csv_points(campaign.points_file, campaign.scene.parameters);
+    campaign.points_paths = table.paths;
+    campaign.points_sha256 = sha256(read_campaign_file(campaign.points_file));
     const auto rows = static_cast<std::int64_t>(table.rows);
     if (rows == 0) mistakes.add(points->place, fmt::format("{} has no rows", campaign.points_file));
     if (!members)
@@ -66,7 +81,7 @@ std::string read_points(Node* points, Node* members, const Place& place, const s
     else if (campaign.members > rows)
       mistakes.add(members->place, fmt::format("campaign.members is {}; {} has {} rows", campaign.members,
                                                campaign.points_file, rows));
-    return fmt::format("# points {} sha256 {}\n", *name, sha256(read_campaign_file(campaign.points_file)));
+    return fmt::format("# points {} sha256 {}\n", *name, campaign.points_sha256);
   } catch (const std::invalid_argument& error) {
     std::istringstream lines(error.what());
     for (std::string line; std::getline(lines, line);) mistakes.add(points->place, line);
@@ -91,7 +106,7 @@ std::string read_campaign_section(Node* map, const std::string& file, Campaign& 
                                 .value_or(0));
   Node* members = take(section, "members");
   if (members)
-    campaign.members = read_whole(*members, members->path, 1, mistakes).value_or(1);
+    read_members(*members, campaign, mistakes);
   else if (!campaign.parameters.empty() && campaign.method != Method::csv)
     mistakes.add(section.place, "\"members\" is missing in campaign; parameters are sampled, say how often");
   if (Node* seed = take(section, "seed"))
@@ -107,9 +122,7 @@ std::string read_campaign_section(Node* map, const std::string& file, Campaign& 
     return read_points(points, members, section.place, file, campaign, mistakes);
   if (points) mistakes.add(points->place, "campaign.points belongs to method csv; set \"method: csv\"");
   try {
-    if (members && mistakes.empty())
-      make_sampler(campaign.method, campaign.seed, static_cast<int>(campaign.parameters.size()),
-                   campaign.members);
+    if (members && mistakes.empty()) make_sampler(campaign);
   } catch (const std::invalid_argument& error) {
     mistakes.add(members->place, fmt::format("campaign.members: {}", error.what()));
   }

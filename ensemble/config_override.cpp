@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
+#include <string_view>
 
 #include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
@@ -35,6 +37,20 @@ void name_components(Node& node) {
   for (size_t axis = 0; axis < components.size(); ++axis)
     node.entries.push_back({components[axis], node.items[axis].place, node.items[axis]});
   node.items.clear();
+}
+
+/// The value below `node` that the parameter `path` is read from, or null.
+Node* leaf(Node* node, const std::string& path) {
+  constexpr std::string_view components = "xyz";
+  std::istringstream keys(path);
+  for (std::string key; node && std::getline(keys, key, '.');) {
+    const size_t axis = components.find(key);
+    if (node->kind == Node::Kind::sequence)
+      node = axis < node->items.size() ? &node->items[axis] : nullptr;
+    else
+      node = node->find(key);
+  }
+  return node;
 }
 
 }  // namespace
@@ -74,6 +90,14 @@ void apply_override(Node& root, const std::string& assignment, int number, Mista
     node = child;
   }
   *node = std::move(value);
+}
+
+void refuse_set(Node* scene, Node* outputs, const std::string& path, const std::string& why,
+                Mistakes& mistakes) {
+  const std::string prefix = "outputs.";
+  const bool output = path.starts_with(prefix);
+  const Node* node = leaf(output ? outputs : scene, output ? path.substr(prefix.size()) : path);
+  if (node && node->place.file == "--set") mistakes.add(node->place, path + " " + why);
 }
 
 }  // namespace cohort

@@ -11,6 +11,10 @@ namespace cohort {
 /// Applies "key=value" of the how-many-th --set to the tree.
 void apply_override(Node& root, const std::string& assignment, int number, Mistakes& mistakes);
 
+/// Adds "--set:1: path why" where a --set gave the parameter `path` its value. Either node may be null.
+void refuse_set(Node* scene, Node* outputs, const std::string& path, const std::string& why,
+                Mistakes& mistakes);
+
 /// Reads the structure below `scene` and `outputs` into the fields of `scene`; numbers are left for
 /// read_parameters. Either node may be null.
 void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes& mistakes);
@@ -23,7 +27,7 @@ void read_parameters(Node& map, ParameterTable& table, Mistakes& mistakes);
 void read_sampled(Node& map, Campaign& campaign, Mistakes& mistakes);
 
 /// Reads `campaign`: how many members, how they are sampled, within what limits. `map` may be null.
-/// Returns the text that the points add to the campaign's identity, or nothing.
+/// Returns the line that the points add to the campaign's text, or nothing.
 std::string read_campaign_section(Node* map, const std::string& file, Campaign& campaign, Mistakes& mistakes);
 
 }  // namespace cohort

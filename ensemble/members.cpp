@@ -24,8 +24,7 @@ Samples sample_csv(const Campaign& campaign) {
 
 Samples sample(const Campaign& campaign) {
   if (campaign.method == Method::csv) return sample_csv(campaign);
-  const auto dimensions = static_cast<int>(campaign.parameters.size());
-  const auto sampler = make_sampler(campaign.method, campaign.seed, dimensions, campaign.members);
+  const auto sampler = make_sampler(campaign);
   Samples samples;
   for (const auto& parameter : campaign.parameters) samples.paths.push_back(parameter.path);
   for (std::int64_t member = 0; member < campaign.members; ++member) {

@@ -36,6 +36,13 @@ std::unique_ptr<Sampler> grid(int dimensions, std::int64_t members);
 std::unique_ptr<Sampler> sobol(std::uint64_t seed, int dimensions, bool scrambled = true);
 inline constexpr int sobol_dimensions = 1024;
 
+/// As above, where an axis with levels[axis] > 0 has exactly those and only the axes of 0 share a number.
+std::unique_ptr<Sampler> grid(std::vector<std::int64_t> levels, std::int64_t members);
+
+/// The sampler of a campaign: in a grid, a parameter with choices has a level for each of them. Throws as
+/// below.
+std::unique_ptr<Sampler> make_sampler(const Campaign& campaign);
+
 /// The sampler of a method. Throws std::invalid_argument as above, and for Method::csv, whose points are
 /// physical.
 std::unique_ptr<Sampler> make_sampler(Method method, std::uint64_t seed, int dimensions,

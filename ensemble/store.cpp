@@ -153,10 +153,10 @@ Store::~Store() {
 
 void Store::require(const Schema& schema) const {
   if (sha256_ != schema.sha256)
-    throw std::runtime_error(
-        fmt::format("{}: belongs to another campaign (sha256 of its text {}, of this one {}); give this "
-                    "campaign another store, or the file another name",
-                    path_.string(), sha256_, schema.sha256));
+    throw std::runtime_error(fmt::format(
+        "{}: was made by another campaign (its text is in the file's attribute `campaign`); its "
+        "sha256 is {}, of this one {}; give this campaign another store, or the file another name",
+        path_.string(), sha256_, schema.sha256));
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto sizes = shape(static_cast<Column>(i), schema);
     if (static_cast<Column>(i) >= Column::kernels) break;  // how many may report is the file's to say

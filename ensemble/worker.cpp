@@ -65,20 +65,29 @@ class Worker {
                        [](Status s) { return s == Status::queued || s == Status::running; });
   }
 
-  /// Up to members_per_device members that are queued, or running without a living process. A suspect comes
-  /// alone.
+  bool may_try_again(const Account& account) const { return account.attempts <= options_.retries; }
+
+  /// Whether a member of that status is to be run: an earlier run may have ended it with fewer retries.
+  bool is_open(std::int64_t id, Status status) const {
+    if (status == Status::queued || status == Status::running) return true;
+    const bool retried = status == Status::failed || status == Status::unstable || status == Status::timeout;
+    return retried && may_try_again(store_.account(id));
+  }
+
+  /// Up to members_per_device members that are open; of those running, the ones without a living process. A
+  /// suspect comes alone.
   std::vector<Claimed> claim() {
     std::vector<Claimed> batch;
     const auto before = store_.statuses();
     for (const auto& member : members_) {
       if (static_cast<int>(batch.size()) == options_.members_per_device) break;
       const auto seen = before[static_cast<std::size_t>(member.id)];
-      if ((seen != Status::queued && seen != Status::running) || !try_claim(member.id)) continue;
+      if (!is_open(member.id, seen) || !try_claim(member.id)) continue;
       // Only now is the row ours: another process may have ended it since we looked.
       const auto status = store_.status(member.id);
       auto account = store_.account(member.id);
       const bool suspect = account.crashes > 0;
-      if ((status != Status::queued && status != Status::running) || (suspect && !batch.empty())) {
+      if (!is_open(member.id, status) || (suspect && !batch.empty())) {
         release(member.id);
         continue;
       }
@@ -89,8 +98,6 @@ class Worker {
     }
     return batch;
   }
-
-  bool may_try_again(const Account& account) const { return account.attempts <= options_.retries; }
 
   /// The row of an attempt that ended as `recording`, or one that queues the member again.
   RowImage row_after_attempt(const Claimed& claimed, const Recording& recording) const {

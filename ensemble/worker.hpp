@@ -32,11 +32,11 @@ enum class WorkerEnd { finished, interrupted };
 
 /// The loop of one rank: claims members that have not ended, runs them and commits their rows, until none is
 /// left or an interrupt comes (catch_interrupts). Members are tried again up to `retries` times after failed,
-/// unstable and timeout; the last outcome stands. A member that crashes or hangs a process together with
-/// others is tried alone from then on, and only what it does alone counts as its attempt. Does not return
-/// where a batch hangs or must be abandoned: the process ends with exit_interrupted (see BatchGuard). Throws
-/// std::runtime_error when the file cannot be written, and what `run` throws when it throws three times
-/// running: then the device is at fault, not a member.
+/// unstable and timeout, by this run or a later one with more retries; the last outcome stands. A member that
+/// crashes or hangs a process together with others is tried alone from then on, and only what it does alone
+/// counts as its attempt. Does not return where a batch hangs or must be abandoned: the process ends with
+/// exit_interrupted (see BatchGuard). Throws std::runtime_error when the file cannot be written, and what
+/// `run` throws when it throws three times running: then the device is at fault, not a member.
 WorkerEnd work(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
                const RunBatch& run, const WorkerOptions& options);
 

@@ -71,6 +71,11 @@ def stores(folder):
     result = cohort(folder, "run", small, "--store", "moved.h5")
     expect("a store that was moved is the campaign's own", result, 0, "resuming moved.h5")
 
+    late = ["--store", "late.h5", "--set", "campaign.timeout_s=1e-6"]
+    expect("members time out", cohort(folder, "run", small, *late), 2)
+    more = ["--store", "late.h5", "--set", "campaign.timeout_s=600", "--set", "campaign.retries=1"]
+    expect("a campaign that timed out is finished with more time", cohort(folder, "run", small, *more), 0, "resuming late.h5")
+
     write(folder, "text.h5", "no HDF5")
     expect("a store that is no HDF5 file", cohort(folder, "run", small, "--store", "text.h5"), 1, "text.h5", "not a cohort file")
     expect("a store in no folder", cohort(folder, "run", small, "--store", "nowhere/a.h5"), 1, "nowhere")
@@ -93,7 +98,8 @@ def devices(folder):
         result = cohort(folder, *arguments, environment=empty)
         expect(f"no device: {arguments[0]}", result, 1, "no OpenCL device: ", "install pocl-opencl-icd")
     assert not (folder / "none.h5").exists(), "a store was created without a device"
-    expect("a device that does not exist", cohort(folder, "plan", small, "--device", "99"), 1, "no OpenCL device 99")
+    expect("a device that does not exist", cohort(folder, "plan", small, "--device", "99"), 1,
+           "no OpenCL device 99; there are: 0 = ")
     expect("a device that is no number", cohort(folder, "plan", small, "--device", "fast"), 1, "cpu, gpu or an index")
 
 

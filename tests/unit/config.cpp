@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "ensemble/sha256.hpp"
 #include "ensemble/suggest.hpp"
@@ -151,11 +152,11 @@ outputs: {activation: {}}
 TEST(Config, SetWins) {
   const Campaign campaign =
       parse_campaign(heart, "heart.yaml",
-                     {"grid.dx_mm=2", "geometry.heart.lv_radius_mm=24", "campaign.members=4",
-                      "store=other.h5", "outputs.ecg.rate_hz=250",
-                      "parameters.geometry.heart.lv_wall_mm={uniform: [8, 12]}", "time.end_ms=10"});
+                     {"grid.dx_mm=2", "geometry.heart.rv_wall_mm=4.5", "campaign.members=4", "store=other.h5",
+                      "outputs.ecg.rate_hz=250", "parameters.geometry.heart.lv_wall_mm={uniform: [8, 12]}",
+                      "time.end_ms=10"});
   EXPECT_EQ(value(campaign, "grid.dx_mm"), 2);
-  EXPECT_EQ(value(campaign, "geometry.heart.lv_radius_mm"), 24);
+  EXPECT_EQ(value(campaign, "geometry.heart.rv_wall_mm"), 4.5);
   EXPECT_EQ(value(campaign, "outputs.ecg.rate_hz"), 250);
   EXPECT_EQ(value(campaign, "time.end_ms"), 10);
   EXPECT_EQ(campaign.members, 4);
@@ -178,17 +179,71 @@ TEST(Config, TextIsTheFileAndItsOverrides) {
   EXPECT_EQ(campaign.text, std::string(heart) + "# --set grid.dx_mm=2\n# --set campaign.seed=8\n");
 }
 
-TEST(Config, IdentityIsEverythingButTheStore) {
-  const std::string text = heart;
-  const std::string plain = parse_campaign(text, "heart.yaml").sha256;
-  std::string moved = text;
-  moved.replace(moved.find("results/heart.h5"), 16, "elsewhere.h5");
-  std::string changed = text;
-  changed.replace(changed.find("seed: 7"), 7, "seed: 8");
-  EXPECT_EQ(parse_campaign(text, "heart.yaml", {"store=b.h5"}).sha256, plain);
-  EXPECT_EQ(parse_campaign(moved, "heart.yaml").sha256, plain);
-  EXPECT_NE(parse_campaign(changed, "heart.yaml").sha256, plain);
-  EXPECT_NE(parse_campaign(text, "heart.yaml", {"campaign.seed=8"}).sha256, plain);
+/// `text` with `from` replaced by `to`.
+std::string with(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(Config, IdentityIsNotTheLimitsNorTheSpelling) {
+  const std::string text = heart, plain = parse_campaign(text, "heart.yaml").sha256;
+  for (const char* set : {"store=b.h5", "campaign.timeout_s=60", "campaign.retries=3",
+                          "campaign.members_per_device=2", "campaign.memory_limit_GB=1", "grid.dx_mm=4.0",
+                          "campaign.seed=7", "outputs.ecg.rate_hz=5e2", "scene.precision=single"})
+    EXPECT_EQ(parse_campaign(text, "heart.yaml", {set}).sha256, plain) << set;
+  EXPECT_EQ(parse_campaign("# a comment" + text, "heart.yaml").sha256, plain);
+  EXPECT_EQ(parse_campaign(with(text, "results/heart.h5", "elsewhere.h5"), "other.yaml").sha256, plain);
+  EXPECT_EQ(parse_campaign(text, "heart.yaml", {"grid.dx_mm=2", "time.end_ms=10"}).sha256,
+            parse_campaign(text, "heart.yaml", {"time.end_ms=10", "grid.dx_mm=2"}).sha256);
+}
+
+TEST(Config, IdentityIsWhatDeterminesTheResults) {
+  const std::string plain = parse_campaign(heart, "heart.yaml").sha256;
+  for (const char* set :
+       {"campaign.seed=8", "campaign.members=4", "campaign.method=sobol", "grid.dx_mm=4.000000000000001",
+        "precision=double", "torso.shape=box", "outputs.activation={}",
+        "outputs.activation={probes: {a_mm: [0, 0, 0]}}", "stimuli.extra={site: sinoatrial_node}",
+        "electrophysiology.regions.la.tau_close_ms=70",
+        "parameters.geometry.heart.lv_radius_mm={uniform: [20, 31]}",
+        "parameters.geometry.heart.lv_radius_mm={log_uniform: [20, 30]}",
+        "parameters.geometry.heart.lv_wall_mm={normal: [10, 1], bounds: [7, 13]}"})
+    EXPECT_NE(parse_campaign(heart, "heart.yaml", {set}).sha256, plain) << set;
+}
+
+TEST(Config, IdentityHoldsTheShapes) {
+  const std::string text = R"(
+scene:
+  geometry:
+    shapes: {a: {ellipsoid: {}}, b: {ellipsoid: {}}, c: {subtract: [a, b]}}
+    regions: {wall: {shape: c, fibres: none}, core: {shape: b}}
+outputs: {activation: {}}
+)";
+  const std::string plain = parse_campaign(text, "shapes.yaml").sha256;
+  for (const auto& [from, to] :
+       std::vector<std::pair<std::string, std::string>>{{"subtract", "union"},
+                                                        {"[a, b]", "[b, a]"},
+                                                        {"shape: b", "shape: a"},
+                                                        {"fibres: none", "fibres: constant"},
+                                                        {"shape: b", "shape: b, excitable: false"},
+                                                        {"wall: {shape: c, fibres: none}, core: {shape: b}",
+                                                         "core: {shape: b}, wall: {shape: c, fibres: none}"}})
+    EXPECT_NE(parse_campaign(with(text, from, to), "shapes.yaml").sha256, plain) << to;
+}
+
+TEST(Config, IdentityHoldsThePointsButNotTheirPath) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "cohort_identity";
+  std::filesystem::create_directories(folder);
+  const auto sha256 = [&](const std::string& points, const std::string& rows) {
+    std::ofstream(folder / points) << "geometry.heart.lv_wall_mm\n" << rows;
+    return parse_campaign(
+               "scene: {geometry: {heart: {}}}\noutputs: {ecg: {}}\n"
+               "campaign: {method: csv, points: " +
+                   points + "}\n",
+               (folder / "csv.yaml").string())
+        .sha256;
+  };
+  EXPECT_EQ(sha256("a.csv", "10\n"), sha256("b.csv", "10\n"));
+  EXPECT_NE(sha256("a.csv", "10\n"), sha256("a.csv", "11\n"));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Config, PointsOfACsvCountTheMembers) {

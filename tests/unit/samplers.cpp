@@ -133,6 +133,49 @@ TEST(Grid, NamesTheCountsThatFit) {
   EXPECT_NO_THROW(grid(10, 59049));
 }
 
+TEST(Grid, HasALevelForEachChoice) {
+  Campaign campaign;
+  campaign.method = Method::grid;
+  campaign.members = 18;
+  const Distribution uniform{.kind = Distribution::Kind::uniform, .a = 0, .b = 1, .choices = {}};
+  const Distribution choice{.kind = Distribution::Kind::choice, .choices = {7, 8}};
+  campaign.parameters = {{"a", uniform}, {"b", choice}, {"c", uniform}};
+  const auto samples = sample(campaign);
+  std::set<std::vector<double>> points;
+  std::multiset<double> chosen;
+  for (auto row = samples.physical.begin(); row != samples.physical.end(); row += 3) {
+    points.emplace(row, row + 3);
+    chosen.insert(row[1]);
+  }
+  EXPECT_EQ(points.size(), 18u);
+  EXPECT_EQ(chosen.count(7), 9u);
+  EXPECT_EQ(chosen.count(8), 9u);
+}
+
+TEST(Grid, ReachesEveryOfManyChoices) {
+  Distribution choice{.kind = Distribution::Kind::choice, .choices = {}};
+  for (int count = 1; count <= 200; ++count) {
+    choice.choices.push_back(count);
+    const auto sampler = grid(std::vector<std::int64_t>{count}, count);
+    for (int i = 0; i < count; ++i) EXPECT_EQ(choice.value(sampler->point(i)[0]), i + 1);
+  }
+}
+
+TEST(Grid, OfChoicesNamesTheCountsThatFit) {
+  const auto message = [](std::vector<std::int64_t> levels, std::int64_t members) -> std::string {
+    try {
+      grid(std::move(levels), members);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message({0, 3, 0}, 20).find("did you mean 12 or 27?"), std::string::npos);
+  EXPECT_NE(message({0, 3, 0}, 2).find("did you mean 3?"), std::string::npos);
+  EXPECT_NE(message({2, 3}, 9).find("did you mean 6?"), std::string::npos);
+  EXPECT_EQ(message({2, 3}, 6), "");
+}
+
 TEST(Samplers, AMemberIsTheSameWhateverIsAskedForFirst) {
   for (const auto method : {Method::sobol, Method::latin_hypercube, Method::grid, Method::monte_carlo}) {
     const auto forwards = make_sampler(method, 7, 3, 64), backwards = make_sampler(method, 7, 3, 64);

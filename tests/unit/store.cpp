@@ -235,6 +235,7 @@ TEST_F(StoreTest, RefusesAnotherCampaignNamingBothChecksums) {
   const auto error = error_of([&] { Store(path_, Store::Access::write).require(schema(4, 8)); });
   EXPECT_NE(error.find("sha256-of-4-7"), std::string::npos) << error;
   EXPECT_NE(error.find("sha256-of-4-8"), std::string::npos) << error;
+  EXPECT_NE(error.find("its text is in the file's attribute `campaign`"), std::string::npos) << error;
 }
 
 TEST_F(StoreTest, RefusesAnotherShape) {

@@ -101,6 +101,29 @@ TEST_F(WorkerTest, RetriesWhatMayBeTriedAgain) {
   EXPECT_EQ(store.account(2).attempts, 2);
 }
 
+TEST_F(WorkerTest, ALaterRunWithMoreRetriesTriesAgainWhatFailed) {
+  EXPECT_EQ(work(fake::run(layout_)), WorkerEnd::finished);
+  std::vector<std::int64_t> tried;
+  const auto run = [&](std::span<const Member> batch, double) {
+    std::vector<Recording> recordings;
+    for (const auto& member : batch) {
+      tried.push_back(member.id);
+      recordings.push_back(fake::simulate(members_[0], layout_));
+    }
+    return recordings;
+  };
+  EXPECT_EQ(work(run), WorkerEnd::finished);
+  EXPECT_TRUE(tried.empty());
+  options_.retries = 1;
+  EXPECT_EQ(work(run), WorkerEnd::finished);
+  EXPECT_EQ(tried, (std::vector<std::int64_t>{5, 17}));
+  const Store store(path_);
+  EXPECT_EQ(store.status(5), Status::done);
+  EXPECT_EQ(store.status(11), Status::rejected);
+  EXPECT_EQ(store.account(17).attempts, 2);
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(store.row_is_intact(i));
+}
+
 TEST_F(WorkerTest, TakesWhatADeadProcessLeftRunningAndNotWhatALiveOneHas) {
   Store store(path_, Store::Access::write);
   store.set_status(0, Status::running);  // its process is dead: the lock is free

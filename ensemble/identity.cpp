@@ -1,0 +1,82 @@
+#include "ensemble/identity.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+
+#include <cmath>
+
+// Enumerators are written as words, so that a new one in their midst leaves the identity of stores as it is.
+namespace cohort {
+
+namespace {
+
+template <typename Enum, size_t N>
+const char* word(Enum value, const char* const (&words)[N]) {
+  return words[static_cast<size_t>(value)];
+}
+
+std::string number(double value) {
+  return std::isnan(value) ? "inherited" : fmt::format("{:.17g}", value);
+}
+
+std::string list(const std::vector<double>& values) {
+  std::vector<std::string> numbers;
+  for (const double value : values) numbers.push_back(number(value));
+  return fmt::format("[{}]", fmt::join(numbers, " "));
+}
+
+std::string geometry(const Scene& scene) {
+  std::string text = fmt::format("geometry {}\n", word(scene.geometry, {"box", "shapes", "heart"}));
+  for (const Shape& shape : scene.shapes)
+    text += fmt::format("shape {} {} [{}]\n", shape.name,
+                        word(shape.kind, {"box", "ellipsoid", "cylinder", "cone", "capsule", "half_space",
+                                          "union", "intersection", "subtract", "smooth_union", "shell"}),
+                        fmt::join(shape.operands, " "));
+  for (const Region& region : scene.regions)
+    text += fmt::format("region {} shape \"{}\" {} fibres {}\n", region.name, region.shape,
+                        region.excitable ? "excitable" : "insulating",
+                        word(region.fibres, {"none", "constant", "transmural"}));
+  return text;
+}
+
+std::string physics(const Scene& scene) {
+  std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
+                                 word(scene.precision, {"single", "double"}));
+  for (const Stimulus& stimulus : scene.stimuli)
+    text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
+                        word(stimulus.kind, {"box", "sphere", "site"}), stimulus.site);
+  return text;
+}
+
+/// The torso stands with the ECG, the only output that needs one.
+std::string outputs(const Scene& scene) {
+  std::string text;
+  if (scene.ecg)
+    text += fmt::format("ecg torso {}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}));
+  if (scene.activation) text += fmt::format("activation [{}]\n", fmt::join(scene.activation->probes, " "));
+  return text;
+}
+
+std::string sampled(const SampledParameter& parameter) {
+  const Distribution& d = parameter.distribution;
+  return fmt::format("sampled {} {} {} {}\n", parameter.path,
+                     word(d.kind, {"uniform", "log_uniform", "normal", "choice"}),
+                     list({d.a, d.b, d.lower, d.upper}), list(d.choices));
+}
+
+}  // namespace
+
+std::string canonical_text(const Campaign& campaign) {
+  const Scene& scene = campaign.scene;
+  std::string text = geometry(scene) + physics(scene) + outputs(scene);
+  for (const Parameter& parameter : scene.parameters.all())
+    text += fmt::format("{}={}\n", parameter.path, number(parameter.value));
+  for (const SampledParameter& parameter : campaign.parameters) text += sampled(parameter);
+  text += fmt::format("method {} members {} seed {}\n",
+                      word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv"}),
+                      campaign.members, campaign.seed);
+  if (!campaign.points_sha256.empty()) text += fmt::format("points {}\n", campaign.points_sha256);
+  return text;
+}
+
+}  // namespace cohort
