@@ -6,10 +6,14 @@ Usage: bad_inputs.py COHORT SOURCE_DIR. Needs an OpenCL device. Prints one line 
 
 import os
 import pathlib
+import resource
+import signal
 import stat
 import subprocess
 import sys
 import tempfile
+
+import h5py
 
 COHORT, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 SMALL = """scene:
@@ -24,10 +28,11 @@ store: small.h5
 failures = 0
 
 
-def cohort(folder, *arguments, mpirun=(), environment=None):
+def cohort(folder, *arguments, mpirun=(), environment=None, before=None):
     return subprocess.run(
         [*mpirun, COHORT, *arguments], cwd=folder, capture_output=True, text=True, timeout=120,
-        env={**os.environ, **(environment or {})})
+        env={**os.environ, **(environment or {})},
+        preexec_fn=before, restore_signals=before is None)
 
 
 def expect(name, result, code, *messages):
@@ -73,7 +78,8 @@ def stores(folder):
 
     write(folder, "text.h5", "no HDF5")
     expect("a store that is no HDF5 file", cohort(folder, "run", small, "--store", "text.h5"), 1, "text.h5", "not a cohort file")
-    expect("a store in no folder", cohort(folder, "run", small, "--store", "nowhere/a.h5"), 1, "nowhere")
+    expect("a store in no folder", cohort(folder, "run", small, "--store", "nowhere/a.h5"), 1, "nowhere/a.h5: ",
+           "folder nowhere does not exist")
     if os.geteuid() != 0:  # root writes everywhere
         locked = folder / "locked"
         locked.mkdir()
@@ -82,6 +88,24 @@ def stores(folder):
     expect("a folder in place of a store", cohort(folder, "run", small, "--store", "."), 1, ".")
     expect("status of a store that is not there", cohort(folder, "status", "absent.h5"), 1, "absent.h5")
     expect("verify of what is no store", cohort(folder, "verify", "text.h5"), 1, "text.h5")
+
+
+def files_cut_at(size):
+    """For the program to be started: a write beyond `size` bytes fails, as on a disk that gives errors."""
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+def a_write_error(folder):
+    """A campaign that has begun can be resumed whatever goes wrong: exit code 3."""
+    small = write(folder, "small.yaml", SMALL % 1)
+    expect("a good campaign runs", cohort(folder, "run", small), 0)
+    with h5py.File(folder / "small.h5", "r+") as file:
+        file["/status"][:] = 0
+        begin = file["/status"].id.get_offset()
+    result = cohort(folder, "run", small, before=lambda: files_cut_at(begin))
+    expect("a write error while members run", result, 3, "small.h5: cannot be written")
+    expect("the same command goes on", cohort(folder, "run", small), 0)
 
 
 def devices(folder):
@@ -118,7 +142,7 @@ def ranks(folder):
 
 
 with tempfile.TemporaryDirectory() as temporary:
-    for number, group in enumerate((files_for_the_program, stores, devices, command_line, ranks)):
+    for number, group in enumerate((files_for_the_program, stores, a_write_error, devices, command_line, ranks)):
         place = pathlib.Path(temporary) / str(number)
         place.mkdir()
         group(place)
