@@ -25,9 +25,16 @@ struct flock byte_lock(short type, off_t byte) {
   return lock;
 }
 
-bool set(int file, short type, off_t byte) {
+/// 0 or errno.
+int set(int file, short type, off_t byte) {
   auto lock = byte_lock(type, byte);
-  return fcntl(file, F_OFD_SETLK, &lock) == 0;
+  while (fcntl(file, F_OFD_SETLK, &lock) != 0)
+    if (errno != EINTR) return errno;
+  return 0;
+}
+
+bool is_held_elsewhere(int error) {
+  return error == EAGAIN || error == EACCES;
 }
 
 bool locked_elsewhere(int file, off_t byte) {
@@ -42,7 +49,7 @@ bool locks_exclude(int file, const std::filesystem::path& path) {
   if (other < 0) return false;
   auto lock = byte_lock(F_WRLCK, test_byte);
   const bool taken = fcntl(file, F_OFD_SETLKW, &lock) == 0;
-  const bool excluded = taken && !set(other, F_WRLCK, test_byte) && (errno == EAGAIN || errno == EACCES);
+  const bool excluded = taken && is_held_elsewhere(set(other, F_WRLCK, test_byte));
   set(file, F_UNLCK, test_byte);
   close(other);
   return excluded;
@@ -51,23 +58,34 @@ bool locks_exclude(int file, const std::filesystem::path& path) {
 }  // namespace
 
 Claims::Claims(const std::filesystem::path& store) {
-  const std::filesystem::path path = store.string() + ".claims";
-  file_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  path_ = store.string() + ".claims";
+  file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0)
-    throw std::runtime_error(path.string() +
+    throw std::runtime_error(path_.string() +
                              ": cannot be written: " + std::generic_category().message(errno));
-  work_ = locks_exclude(file_, path);
+  work_ = locks_exclude(file_, path_);
 }
 
 Claims::~Claims() {
   close(file_);
 }
 
+bool Claims::lock(std::int64_t byte) {
+  const int error = set(file_, F_WRLCK, byte);
+  if (error == 0) return true;
+  if (is_held_elsewhere(error)) return false;
+  throw std::system_error(error, std::generic_category(), path_.string() + ": cannot be locked");
+}
+void Claims::unlock(std::int64_t byte) {
+  if (const int error = set(file_, F_UNLCK, byte); error != 0)
+    throw std::system_error(error, std::generic_category(), path_.string() + ": cannot be unlocked");
+}
+
 bool Claims::try_claim(std::int64_t member) {
-  return set(file_, F_WRLCK, member);
+  return lock(member);
 }
 void Claims::release(std::int64_t member) {
-  set(file_, F_UNLCK, member);
+  unlock(member);
 }
 bool Claims::is_claimed_elsewhere(std::int64_t member) const {
   return locked_elsewhere(file_, member);
@@ -76,7 +94,7 @@ bool Claims::is_claimed_elsewhere(std::int64_t member) const {
 int Claims::claim_performance_slot(int preferred, int slots) {
   for (int i = 0; i < slots; ++i) {
     const int slot = (preferred + i) % slots;
-    if (!work_ || set(file_, F_WRLCK, performance_byte + slot)) return slot;
+    if (!work_ || lock(performance_byte + slot)) return slot;
   }
   return -1;
 }
@@ -86,14 +104,14 @@ void Claims::begin_creation() {
   auto lock = byte_lock(F_WRLCK, creation_byte);
   while (fcntl(file_, F_OFD_SETLKW, &lock) != 0)
     if (errno != EINTR)
-      throw std::system_error(errno, std::generic_category(), "lock of the store's creation");
+      throw std::system_error(errno, std::generic_category(), path_.string() + ": cannot be locked");
 }
-void Claims::end_creation() {
+void Claims::end_creation() noexcept {
   set(file_, F_UNLCK, creation_byte);
 }
 
 bool Claims::hold_probe(bool hold) {
-  return set(file_, hold ? F_WRLCK : F_UNLCK, probe_byte);
+  return set(file_, hold ? F_WRLCK : F_UNLCK, probe_byte) == 0;
 }
 bool Claims::probe_is_held() const {
   return locked_elsewhere(file_, probe_byte);

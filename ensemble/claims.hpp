@@ -22,7 +22,8 @@ class Claims {
   bool work() const { return work_; }
 
   /// Takes a member, or says false where another process has it. Members taken once are not refused to their
-  /// holder.
+  /// holder. This, release and claim_performance_slot throw std::system_error naming the file where the
+  /// system refuses for another reason.
   bool try_claim(std::int64_t member);
   void release(std::int64_t member);
   /// Whether another process has the member.
@@ -33,7 +34,7 @@ class Claims {
 
   /// Waits until no other process creates the store, and keeps others from it until end_creation.
   void begin_creation();
-  void end_creation();
+  void end_creation() noexcept;
 
   /// Test of locks between nodes: one rank calls hold_probe(true), and after a barrier every other rank must
   /// find the probe held. Where one does not, members must go by rank.
@@ -41,6 +42,10 @@ class Claims {
   bool probe_is_held() const;
 
  private:
+  bool lock(std::int64_t byte);
+  void unlock(std::int64_t byte);
+
+  std::filesystem::path path_;
   int file_ = -1;
   bool work_ = false;
 };

@@ -1,15 +1,18 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 
 #include "ensemble/claims.hpp"
 #include "ensemble/commands.hpp"
 #include "ensemble/config.hpp"
+#include "ensemble/guarded.hpp"
 #include "ensemble/interrupt.hpp"
 #include "ensemble/performance_report.hpp"
 #include "ensemble/plan_campaign.hpp"
@@ -42,10 +45,15 @@ Campaign read_on_all(const Ranks& ranks, const CampaignOptions& options) {
   return campaign;
 }
 
-/// Refuses the store of another campaign before any device is touched.
+/// Refuses the store of another campaign, and one in no folder, before any device is touched.
 void require_own_store(const Ranks& ranks, const std::string& path, const Schema& schema) {
   ranks.agree([&] {
-    if (ranks.first() && std::filesystem::exists(path)) Store(path, Store::Access::write).require(schema);
+    if (!ranks.first()) return;
+    const auto folder = std::filesystem::path(path).parent_path();
+    if (!folder.empty() && !std::filesystem::exists(folder))
+      throw std::runtime_error(
+          fmt::format("{}: cannot be created: folder {} does not exist", path, folder.string()));
+    if (std::filesystem::exists(path)) Store(path, Store::Access::write).require(schema);
   });
 }
 
@@ -108,6 +116,49 @@ RunTotals add_up(const Ranks& ranks, const ProcessPerformance& performance, std:
   return totals;
 }
 
+struct RunningCampaign {
+  const Ranks& ranks;
+  const Campaign& campaign;
+  const Samples& samples;
+  const std::vector<Member>& members;
+  Device& device;
+  Simulation& simulation;
+  Store& store;
+  Claims& claims;
+};
+
+/// Returns how many members this rank has brought to their end in `done`. A member that is tried again, or
+/// fails, is no heart.
+std::int64_t simulate_members(const RunningCampaign& running, const WorkerOptions& options) {
+  std::int64_t done = 0;
+  std::optional<Progress> progress;
+  if (running.ranks.first()) progress.emplace(running.campaign.store);
+  const auto run = [&](std::span<const Member> batch, double timeout_s) {
+    auto recordings = running.simulation.run(batch, timeout_s);
+    done += std::count_if(recordings.begin(), recordings.end(),
+                          [](const Recording& r) { return r.outcome == Outcome::done; });
+    return recordings;
+  };
+  work(running.store, running.claims, running.samples, running.members, run, options);
+  return done;
+}
+
+/// Members run from here on: what goes wrong leaves a campaign that can be resumed.
+ExitCode run_members(const RunningCampaign& running, const WorkerOptions& options, int performance_slots) {
+  const Ranks& ranks = running.ranks;
+  const auto begin = std::chrono::steady_clock::now();
+  std::int64_t done = 0;
+  ranks.agree([&] { done = simulate_members(running, options); });
+  const auto performance = performance_of(running.simulation, running.device, seconds_since(begin));
+  ranks.agree([&] {
+    const int slot = running.claims.claim_performance_slot(ranks.rank(), performance_slots);
+    if (slot >= 0) running.store.write_performance(slot, performance);
+  });
+  const RunTotals totals = add_up(ranks, performance, done);
+  if (ranks.first() && totals.members > 0) fmt::print("{}", performance_report(performance, totals));
+  return static_cast<ExitCode>(exit_code(running.store.statuses()));
+}
+
 }  // namespace
 
 ExitCode command_run(const CampaignOptions& options) {
@@ -151,23 +202,10 @@ ExitCode command_run(const CampaignOptions& options) {
         campaign.store);
 
   catch_interrupts();
-  std::int64_t simulated = 0;
-  const auto begin = std::chrono::steady_clock::now();
-  ranks.agree([&] {
-    std::optional<Progress> progress;
-    if (ranks.first()) progress.emplace(campaign.store);
-    const auto run = [&](std::span<const Member> batch, double timeout_s) {
-      simulated += static_cast<std::int64_t>(batch.size());
-      return simulation->run(batch, timeout_s);
-    };
-    work(*store, *claims, samples, all, run, worker);
+  return guarded(ExitCode::interrupted, [&] {
+    const RunningCampaign running{ranks, campaign, samples, all, *device, *simulation, *store, *claims};
+    return run_members(running, worker, schema.performance_slots);
   });
-  const ProcessPerformance performance = performance_of(*simulation, *device, seconds_since(begin));
-  const int slot = claims->claim_performance_slot(ranks.rank(), schema.performance_slots);
-  if (slot >= 0) store->write_performance(slot, performance);
-  const RunTotals totals = add_up(ranks, performance, simulated);
-  if (ranks.first() && totals.members > 0) fmt::print("{}", performance_report(performance, totals));
-  return static_cast<ExitCode>(exit_code(store->statuses()));
 }
 
 }  // namespace cohort

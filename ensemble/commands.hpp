@@ -22,7 +22,8 @@ struct CampaignOptions {
 };
 
 // One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad
-// input is thrown as ConfigError or std::runtime_error.
+// input is thrown as ConfigError or std::runtime_error; what goes wrong once members run is told and returned
+// as ExitCode::interrupted.
 ExitCode command_run(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
 ExitCode command_parameters(const CampaignOptions& options);

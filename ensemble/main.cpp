@@ -5,8 +5,7 @@
 #include <functional>
 
 #include "ensemble/commands.hpp"
-#include "ensemble/config.hpp"
-#include "ensemble/ranks.hpp"
+#include "ensemble/guarded.hpp"
 #include "ensemble/status.hpp"
 
 namespace {
@@ -18,19 +17,6 @@ void set_up_log(bool verbose) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("cohort"));
   spdlog::set_pattern("%H:%M:%S %^%l%$ %v");
   spdlog::set_level(verbose ? spdlog::level::debug : spdlog::level::info);
-}
-
-/// Bad input is one line for each mistake and nothing else, so that editors can jump to them.
-ExitCode guarded(const std::function<ExitCode()>& command) {
-  try {
-    return command();
-  } catch (const ConfigError& error) {
-    for (const std::string& mistake : error.mistakes()) fmt::print(stderr, "{}\n", mistake);
-  } catch (const ToldByAnotherRank&) {
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "cohort: {}\n", error.what());
-  }
-  return ExitCode::bad_input;
 }
 
 void add_campaign_options(CLI::App& command, CampaignOptions& options, bool file_required) {
@@ -93,5 +79,5 @@ int main(int argc, char** argv) {
     return static_cast<int>(app.exit(error) == 0 ? ExitCode::done : ExitCode::bad_input);
   }
   set_up_log(verbose);
-  return static_cast<int>(guarded(chosen));
+  return static_cast<int>(guarded(ExitCode::bad_input, chosen));
 }

@@ -51,7 +51,7 @@ Progress::Progress(const std::filesystem::path& store, std::chrono::duration<dou
       terminal_(isatty(STDERR_FILENO) != 0),
       every_(terminal_ ? std::chrono::duration<double>(0.5) : log_every),
       begun_(std::chrono::steady_clock::now()),
-      ended_before_(StatusCounts(store_.statuses()).ended()) {
+      done_before_(StatusCounts(store_.statuses())[Status::done]) {
   thread_ = std::jthread([this](std::stop_token stop) {
     std::unique_lock lock(mutex_);
     while (!changed_.wait_for(lock, stop, every_, [&] { return stop.stop_requested(); })) show(false);
@@ -66,10 +66,10 @@ Progress::~Progress() {
 
 void Progress::show(bool last) try {
   const StatusCounts counts(store_.statuses());
-  const auto ended = counts.ended() - ended_before_;
+  const auto done = counts[Status::done] - done_before_;
   const double hours =
       std::chrono::duration<double, std::ratio<3600>>(std::chrono::steady_clock::now() - begun_).count();
-  const auto rate = ended > 0 ? std::optional(static_cast<double>(ended) / hours) : std::nullopt;
+  const auto rate = done > 0 ? std::optional(static_cast<double>(done) / hours) : std::nullopt;
   const auto line = progress_line(counts, rate);
   if (terminal_) {
     std::fprintf(stderr, "\r\033[K%s%s", line.c_str(), last ? "\n" : "");

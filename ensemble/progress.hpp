@@ -49,7 +49,7 @@ class Progress {
   bool terminal_;
   std::chrono::duration<double> every_;
   std::chrono::steady_clock::time_point begun_;
-  std::int64_t ended_before_;
+  std::int64_t done_before_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::jthread thread_;

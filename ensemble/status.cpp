@@ -40,7 +40,7 @@ std::optional<double> hearts_per_hour(const Store& store) {
   std::vector<double> times;
   const auto statuses = store.statuses();
   for (std::size_t i = 0; i < statuses.size(); ++i)
-    if (is_final(statuses[i])) times.push_back(store.finished_unix_s(static_cast<std::int64_t>(i)));
+    if (statuses[i] == Status::done) times.push_back(store.finished_unix_s(static_cast<std::int64_t>(i)));
   std::erase_if(times, [](double t) { return std::isnan(t); });
   std::sort(times.begin(), times.end());
   if (std::ssize(times) > recent) times.erase(times.begin(), times.end() - recent);

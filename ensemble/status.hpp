@@ -13,8 +13,8 @@ namespace cohort {
 /// not ended.
 int exit_code(const std::vector<Status>& statuses);
 
-/// Members that ended per hour, from the times of the last of them (64 at most); none before two batches have
-/// ended.
+/// Members done per hour, from the times of the last of them (64 at most); none before two batches are done.
+/// What failed or was rejected is no heart.
 std::optional<double> hearts_per_hour(const Store& store);
 
 /// What `cohort status` prints: counts by status, hearts per hour, time to the end, reasons of failure with

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -12,7 +13,7 @@
 namespace cohort {
 namespace {
 
-constexpr int failures_of_a_broken_device = 3;
+constexpr std::size_t culprits_of_a_broken_device = 3;
 constexpr auto poll = std::chrono::milliseconds(100);
 
 struct Claimed {
@@ -37,11 +38,8 @@ class Worker {
 
   WorkerEnd loop() {
     while (interrupts() == 0) {
-      const auto batch = claim();
-      if (!batch.empty()) {
-        simulate(batch);
-        for (const auto& claimed : batch) release(claimed.member->id);
-      } else if (others_are_at_work()) {
+      if (simulated_a_batch()) continue;
+      if (others_are_at_work()) {
         std::this_thread::sleep_for(poll);
       } else {
         return WorkerEnd::finished;
@@ -51,11 +49,56 @@ class Worker {
   }
 
  private:
+  /// Lets go of what the worker holds, however a batch ends. The locks are those of Claims, which may live on
+  /// while this rank waits for the others: they would wait for its members for ever.
+  class Hold {
+   public:
+    explicit Hold(Worker& worker) : worker_(worker) {}
+    ~Hold() { worker_.let_go(); }
+    Hold(const Hold&) = delete;
+    Hold& operator=(const Hold&) = delete;
+
+   private:
+    Worker& worker_;
+  };
+
+  /// False where there is nothing to claim.
+  bool simulated_a_batch() {
+    const Hold hold(*this);
+    const auto batch = claim();
+    if (!batch.empty()) simulate(batch);
+    return !batch.empty();
+  }
+
   bool try_claim(std::int64_t id) {
-    return options_.locks ? claims_.try_claim(id) : id % options_.ranks == options_.rank;
+    held_.reserve(held_.size() + 1);  // nothing may throw between the lock and its entry
+    const bool mine = options_.locks ? claims_.try_claim(id) : id % options_.ranks == options_.rank;
+    if (mine) held_.push_back(id);
+    return mine;
   }
   void release(std::int64_t id) {
     if (options_.locks) claims_.release(id);
+    std::erase(held_, id);
+  }
+
+  void let_go() noexcept {
+    for (const auto id : held_) {
+      queue_if_running(id);
+      try {
+        if (options_.locks) claims_.release(id);
+      } catch (const std::exception& error) {
+        spdlog::error("rank {}: {}", options_.rank, error.what());
+      }
+    }
+    held_.clear();
+  }
+
+  /// After an exception: the member has not ended, whatever went wrong.
+  void queue_if_running(std::int64_t id) noexcept try {
+    if (store_.status(id) == Status::running) store_.set_status(id, Status::queued);
+  } catch (const std::exception& error) {
+    // It stays "running" without a lock, which the next to claim takes as well.
+    spdlog::error("rank {}: member {} cannot be queued again: {}", options_.rank, id, error.what());
   }
 
   bool others_are_at_work() const {
@@ -156,7 +199,7 @@ class Worker {
       return;
     }
     guard_.end();
-    exceptions_ = 0;
+    accused_.clear();
     std::vector<RowImage> rows;
     for (std::size_t i = 0; i < batch.size(); ++i) {
       log(*batch[i].member, recordings[i]);
@@ -165,12 +208,27 @@ class Worker {
     store_.commit(rows);
   }
 
+  /// Keeps the fewest batches without a member in common: one bad member explains all that share it, tried
+  /// again or first among others.
+  void accuse(const std::vector<Claimed>& batch) {
+    std::set<std::int64_t> ids;
+    for (const auto& claimed : batch) ids.insert(claimed.member->id);
+    const auto shares = [&](const auto& other) {
+      return std::any_of(other.begin(), other.end(), [&](auto id) { return ids.contains(id); });
+    };
+    const auto explains = [&](const auto& other) { return other.size() <= ids.size() && shares(other); };
+    if (std::any_of(accused_.begin(), accused_.end(), explains)) return;
+    std::erase_if(accused_, shares);
+    accused_.push_back(std::move(ids));
+  }
+
   /// Called in a catch clause.
   void after_exception(const std::vector<Claimed>& batch, const std::exception& error) {
-    if (++exceptions_ == failures_of_a_broken_device) {
+    accuse(batch);
+    if (accused_.size() == culprits_of_a_broken_device) {
       store_.commit(rows_as_they_were(batch));
-      spdlog::error("rank {}: {} batches running have failed, the last with \"{}\": the device is at fault",
-                    options_.rank, exceptions_, error.what());
+      spdlog::error("rank {}: {} members have failed in a row, the last with \"{}\": the device is at fault",
+                    options_.rank, accused_.size(), error.what());
       throw;
     }
     spdlog::warn("rank {}: a batch of {} failed: {}", options_.rank, batch.size(), error.what());
@@ -192,7 +250,8 @@ class Worker {
   const RunBatch& run_;
   const WorkerOptions& options_;
   BatchGuard guard_;
-  int exceptions_ = 0;
+  std::vector<std::int64_t> held_;
+  std::vector<std::set<std::int64_t>> accused_;  ///< of exceptions since the last batch that came back
 };
 
 }  // namespace

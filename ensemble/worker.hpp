@@ -36,7 +36,8 @@ enum class WorkerEnd { finished, interrupted };
 /// crashes or hangs a process together with others is tried alone from then on, and only what it does alone
 /// counts as its attempt. Does not return where a batch hangs or must be abandoned: the process ends with
 /// exit_interrupted (see BatchGuard). Throws std::runtime_error when the file cannot be written, and what
-/// `run` throws when it throws three times running: then the device is at fault, not a member.
+/// `run` throws when it throws for three different members without a success between: then the device is at
+/// fault, not a member. However it leaves, it holds no claim.
 WorkerEnd work(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
                const RunBatch& run, const WorkerOptions& options);
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The program refuses what the reader of campaign files cannot see: exit code 1, the message, and no store left behind.
 
-Usage: bad_inputs.py COHORT SOURCE_DIR. Needs an OpenCL device. Prints one line for each case; exits 1 if one fails.
+Usage: bad_inputs.py COHORT SOURCE_DIR [KILL_AT_CALL]: the library gives write errors. Needs an OpenCL device. Prints one line for each case; exits 1 if one fails.
 """
 
 import os
@@ -78,7 +78,8 @@ def stores(folder):
 
     write(folder, "text.h5", "no HDF5")
     expect("a store that is no HDF5 file", cohort(folder, "run", small, "--store", "text.h5"), 1, "text.h5", "not a cohort file")
-    expect("a store in no folder", cohort(folder, "run", small, "--store", "nowhere/a.h5"), 1, "nowhere")
+    expect("a store in no folder", cohort(folder, "run", small, "--store", "nowhere/a.h5"), 1, "nowhere/a.h5: ",
+           "folder nowhere does not exist")
     if os.geteuid() != 0:  # root writes everywhere
         locked = folder / "locked"
         locked.mkdir()
@@ -87,6 +88,16 @@ def stores(folder):
     expect("a folder in place of a store", cohort(folder, "run", small, "--store", "."), 1, ".")
     expect("status of a store that is not there", cohort(folder, "status", "absent.h5"), 1, "absent.h5")
     expect("verify of what is no store", cohort(folder, "verify", "text.h5"), 1, "text.h5")
+
+
+def a_write_error(folder):
+    """A campaign that has begun can be resumed whatever goes wrong: exit code 3."""
+    small = write(folder, "small.yaml", SMALL % 1)
+    if len(sys.argv) > 3:
+        broken_disk = {"LD_PRELOAD": sys.argv[3], "COHORT_FAIL_COMMITS": "small.h5"}
+        expect("a write error while members run", cohort(folder, "run", small, environment=broken_disk), 3,
+               "small.h5: cannot be written")
+        expect("the same command goes on", cohort(folder, "run", small), 0, "resuming small.h5")
 
 
 def devices(folder):
@@ -124,7 +135,7 @@ def ranks(folder):
 
 
 with tempfile.TemporaryDirectory() as temporary:
-    for number, group in enumerate((files_for_the_program, stores, devices, command_line, ranks)):
+    for number, group in enumerate((files_for_the_program, stores, a_write_error, devices, command_line, ranks)):
         place = pathlib.Path(temporary) / str(number)
         place.mkdir()
         group(place)

@@ -1,14 +1,17 @@
 // Preloaded into a process, kills it with SIGKILL at its COHORT_KILL_AT-th call that changes a file, so that
 // a test can visit every moment of a creation and a commit. A write is cut in half first. With
 // COHORT_COUNT_CALLS=FILE it only counts, and writes the count there at the end. Calls of the program and of
-// the HDF5 library alike come through here.
+// the HDF5 library alike come through here. With COHORT_FAIL_COMMITS=FILE every fdatasync of that file, which
+// ends the writes of a row, gives an error as of a broken disk.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 
@@ -50,6 +53,14 @@ ssize_t torn_write(const char* name, int file, const void* data, size_t count, A
   return original(file, data, count, offset...);
 }
 
+/// By the file's identity: OpenCL compilers flush files of their own.
+bool commits_fail(int file) {
+  const char* path = std::getenv("COHORT_FAIL_COMMITS");
+  struct stat one, other;
+  return path && stat(path, &one) == 0 && fstat(file, &other) == 0 && one.st_dev == other.st_dev &&
+         one.st_ino == other.st_ino;
+}
+
 }  // namespace
 
 extern "C" {
@@ -78,6 +89,10 @@ int fsync(int file) {
 }
 int fdatasync(int file) {
   die_if_now();
+  if (commits_fail(file)) {
+    errno = EIO;
+    return -1;
+  }
   return real<int(int)>("fdatasync")(file);
 }
 int renameat2(int from_folder, const char* from, int to_folder, const char* to, unsigned flags) noexcept {

@@ -5,6 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <system_error>
+
 namespace cohort {
 namespace {
 
@@ -56,6 +59,17 @@ TEST_F(ClaimsTest, PerformanceSlotsAreTakenOnce) {
   EXPECT_EQ(a.claim_performance_slot(1, 2), 1);
   EXPECT_EQ(b.claim_performance_slot(1, 2), 0);
   EXPECT_EQ(Claims(store_).claim_performance_slot(1, 2), -1);
+}
+
+TEST_F(ClaimsTest, WhatTheSystemRefusesIsNotTakenForHeldElsewhere) {
+  Claims claims(store_);
+  try {
+    claims.try_claim(-1);  // no byte of a file: EINVAL
+    FAIL() << "no exception";
+  } catch (const std::system_error& error) {
+    EXPECT_EQ(error.code().value(), EINVAL);
+    EXPECT_NE(std::string(error.what()).find(store_.string() + ".claims"), std::string::npos) << error.what();
+  }
 }
 
 TEST_F(ClaimsTest, TheProbeIsSeenByOthersAlone) {

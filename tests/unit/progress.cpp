@@ -64,5 +64,25 @@ TEST(Status, ReportCountsAndGathersReasons) {
   std::filesystem::remove(path.string() + ".claims");
 }
 
+TEST(Status, WhatFailedIsNoHeart) {
+  const auto path =
+      std::filesystem::path(::testing::TempDir()) / ("hearts_" + std::to_string(getpid()) + ".h5");
+  const auto campaign = fake::campaign(4);
+  const auto schema = make_schema(campaign, sample(campaign), fake::layout(), "test");
+  const auto fail = [](std::span<const Member> batch, double) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    std::vector<Recording> recordings(batch.size());
+    for (auto& recording : recordings) recording.outcome = Outcome::rejected;
+    return recordings;
+  };
+  Claims claims(path);
+  create_store(path, schema, claims);
+  Store store(path, Store::Access::write);
+  work(store, claims, schema.samples, members(campaign), fail, {});
+  EXPECT_FALSE(hearts_per_hour(store));
+  std::filesystem::remove(path);
+  std::filesystem::remove(path.string() + ".claims");
+}
+
 }  // namespace
 }  // namespace cohort

@@ -250,5 +250,50 @@ TEST_F(WorkerTest, ABrokenDeviceDoesNotFailTheWholeCampaign) {
   EXPECT_EQ(std::count(counts.begin(), counts.end(), Status::running), 0);
 }
 
+TEST_F(WorkerTest, OneBadMemberIsNoBrokenDeviceHoweverOftenItIsTried) {
+  options_.retries = 4;
+  int throws = 0;
+  const auto one_bad = [&](std::span<const Member> batch, double timeout) {
+    for (const auto& member : batch)
+      if (member.id == 9) throw std::runtime_error("throw " + std::to_string(++throws));
+    return fake::run(layout_)(batch, timeout);
+  };
+  EXPECT_EQ(work(one_bad), WorkerEnd::finished);
+  EXPECT_EQ(throws, 6);  // among four, then five times alone
+  auto all = expected();
+  all[9] = Status::failed;
+  EXPECT_EQ(Store(path_).statuses(), all);
+  EXPECT_EQ(Store(path_).account(9).attempts, 5);
+}
+
+TEST_F(WorkerTest, AWorkerThatThrowsLeavesItsMembersToTheOthers) {
+  const auto broken = [](std::span<const Member>, double) -> std::vector<Recording> {
+    throw std::runtime_error("no device");
+  };
+  Claims claims(path_);  // outlives the worker, as where its rank waits for the others
+  Store store(path_, Store::Access::write);
+  EXPECT_THROW(cohort::work(store, claims, schema_.samples, members_, broken, options_), std::runtime_error);
+  options_.wait_for_others = false;  // would be for ever
+  EXPECT_EQ(work(fake::run(layout_)), WorkerEnd::finished);
+  auto all = expected();
+  all[0] = all[1] = Status::failed;  // alone, before the device was known to be at fault
+  EXPECT_EQ(store.statuses(), all);
+}
+
+TEST_F(WorkerTest, MembersWhoseRowsCannotBeWrittenGoBackToTheQueue) {
+  const auto misshapen = [&](std::span<const Member> batch, double timeout) {
+    auto recordings = fake::run(layout_)(batch, timeout);
+    for (auto& recording : recordings) recording.ecg.resize(1);
+    return recordings;
+  };
+  Claims claims(path_);
+  Store store(path_, Store::Access::write);
+  EXPECT_THROW(cohort::work(store, claims, schema_.samples, members_, misshapen, options_), std::logic_error);
+  EXPECT_EQ(store.statuses(), std::vector<Status>(20, Status::queued));
+  options_.wait_for_others = false;
+  EXPECT_EQ(work(fake::run(layout_)), WorkerEnd::finished);
+  EXPECT_EQ(store.statuses(), expected());
+}
+
 }  // namespace
 }  // namespace cohort
