@@ -17,7 +17,7 @@ std::string TextTable::text() const {
     for (size_t i = 0; i < row.size(); ++i) {
       if (i > 0) line += "  ";
       line += alignment_[i] == Align::right ? fmt::format("{:>{}}", row[i], widths[i])
-                                          : fmt::format("{:<{}}", row[i], widths[i]);
+                                            : fmt::format("{:<{}}", row[i], widths[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     result += line + "\n";

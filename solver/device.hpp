@@ -36,14 +36,14 @@ class Device {
   int vector_width(bool double_precision) const;
 
   /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive, with
-  /// `definitions` as -D options ("NAME" or "NAME=value"; what begins with a dash stands as it is) and `generated`
-  /// source in front. Programs are kept:
-  /// the same request compiles once. Throws std::runtime_error with the build log.
+  /// `definitions` as -D options ("NAME" or "NAME=value"; what begins with a dash stands as it is) and
+  /// `generated` source in front. Programs are kept: the same request compiles once. Throws
+  /// std::runtime_error with the build log.
   cl::Program build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
                     const std::string& generated = {});
 
-  /// Options that cap a program's registers at `count` where the driver takes one (NVIDIA's), else none: more work-groups
-  /// are then resident and hide the latency of memory.
+  /// Options that cap a program's registers at `count` where the driver takes one (NVIDIA's), else none: more
+  /// work-groups are then resident and hide the latency of memory.
   std::vector<std::string> register_cap(int count) const;
 
   /// Device memory, uninitialised. Throws std::runtime_error naming the bytes when it cannot be had.
