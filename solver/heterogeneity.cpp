@@ -18,11 +18,6 @@ const std::string root = "electrophysiology.heterogeneity.";
 constexpr std::array all_bases = {"transmural",  "apico_basal",   "lateral",   "anterior",
                                   "endocardial", "midmyocardial", "epicardial"};
 
-bool has_wall(const Scene& scene, const Region& region) {
-  return region.excitable && region.fibres == Region::Fibres::transmural &&
-         scene.geometry != GeometryKind::box;
-}
-
 const Parameter* find(const CellModel& model, const std::string& name) {
   const auto it = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const Parameter& p) { return p.path == name; });
@@ -36,6 +31,15 @@ std::string literal(double value) {
 }
 
 }  // namespace
+
+bool has_wall(const Scene& scene, const Region& region) {
+  return region.excitable && region.fibres == Region::Fibres::transmural &&
+         scene.geometry != GeometryKind::box;
+}
+
+std::vector<std::string> layer_bounds() {
+  return {"endocardial_until", "epicardial_from"};
+}
 
 std::vector<std::string> heterogeneity_bases(const Scene& scene) {
   if (scene.geometry == GeometryKind::box) return {};

@@ -16,6 +16,12 @@ namespace cohort {
 /// Bases that the scene's geometry has coordinates for; none in a box.
 std::vector<std::string> heterogeneity_bases(const Scene& scene);
 
+/// Whether a region of the scene has a wall: an inner and an outer surface between which it varies.
+bool has_wall(const Scene& scene, const Region& region);
+
+/// Names of the parameters electrophysiology.heterogeneity.<name> that bound the layers.
+std::vector<std::string> layer_bounds();
+
 /// Whether each region of scene.regions takes part: those named, else the ventricles of the heart, else every
 /// excitable region with a wall.
 std::vector<bool> heterogeneous_regions(const Scene& scene);
