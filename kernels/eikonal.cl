@@ -13,6 +13,11 @@
 // values, q2 = T_a - T_b, q3 = T_b - T_c, and the eikonal equation is a quadratic for the third, T_0 = T_a + q1; it
 // holds if the characteristic w = M q comes from inside, w1 >= w2 >= w3 >= 0 (axes signed by s, M over dx^2).
 //
+// On its own this is first order, and late: linear interpolation lies above a front that spreads. A second solution corrects
+// it: from the first one's second differences H, at the foot y = sum lambda_k x_k of the characteristic,
+//     T(y) = sum_k lambda_k T_k - 1/2 sum_{k<l} lambda_k lambda_l (x_k - x_l) . H (x_k - x_l) + O(dx^3),
+// with the smaller H of both ends (none where their signs differ, as where fronts meet), none in a sheet.
+//
 // A sheet is a set of cells with an isotropic speed of their own (a Purkinje layer). It acts between cells of one sheet, on
 // edges and triangles with all corners in it, and in no update that has a corner outside: else the wave would jump a thin wall.
 //
@@ -77,6 +82,116 @@ kernel void eikonal_start(global const real *restrict initial, const int with_in
   const real t = start < UNREACHED ? start : UNREACHED;  // of NaN: UNREACHED
   T[i] = T_other[i] = t;
   if (t < UNREACHED) changed[i / LANES] = mark;
+}
+
+// Compact place of neighbour `offset` = dx + NX (dy + NY dz) of grid cell `cell`; void where it is no tissue.
+inline int neighbour_place(global const int *place, int cell, int offset, int grid_cells) {
+  const int n = clamp(cell + offset, 0, grid_cells - 1);
+  return LANES * place[n / LANES] + n % LANES;
+}
+
+// Second differences of T by cell, (6, stride) xx yy zz xy xz yz; UNREACHED where a neighbour is missing.
+kernel void eikonal_second_differences(global const int *restrict first_cell, global const int *restrict place,
+                                       global const real *restrict T, global const int *restrict linked,
+                                       global real *restrict second, const int stride, const int grid_cells) {
+  const int i = get_global_id(0);
+  real t[27];
+  const int links = linked[i];
+  if (!(T[i] < UNREACHED)) return;
+  const int cell = first_cell[i / LANES] + i % LANES;
+  for (int k = 0; k < 27; ++k)
+    t[k] = links >> k & 1
+               ? T[neighbour_place(place, cell, k % 3 - 1 + NX * (k / 3 % 3 - 1 + NY * (k / 9 - 1)), grid_cells)]
+               : UNREACHED;
+  const int axis[3] = {1, 3, 9};
+  for (int a = 0; a < 3; ++a) {
+    const real lower = t[CENTRE - axis[a]], upper = t[CENTRE + axis[a]];
+    second[i + a * (size_t)stride] = fmax(lower, upper) < UNREACHED ? lower - 2 * T[i] + upper : UNREACHED;
+  }
+  for (int o = 0; o < 3; ++o) {
+    const int a = axis[o == 2 ? 1 : 0], b = axis[o == 0 ? 1 : 2];
+    const real pp = t[CENTRE + a + b], mm = t[CENTRE - a - b], pm = t[CENTRE + a - b], mp = t[CENTRE - a + b];
+    second[i + (3 + o) * (size_t)stride] =
+        fmax(fmax(pp, mm), fmax(pm, mp)) < UNREACHED ? R(0.25) * (pp + mm - pm - mp) : UNREACHED;
+  }
+}
+
+// The smaller of two, 0 where their signs differ; of one alone where the other is missing.
+inline real lesser(real p, real q) {
+  if (!(fabs(p) < UNREACHED)) return fabs(q) < UNREACHED ? q : 0;
+  if (!(fabs(q) < UNREACHED)) return p;
+  return p * q > 0 ? (fabs(p) < fabs(q) ? p : q) : 0;
+}
+
+// How much linear interpolation makes each cell late in a solution T, ms; second from above.
+kernel void eikonal_correction(global const int *restrict first_cell, global const int *restrict place,
+                               global const real *restrict T, global const real *restrict metric,
+                               global const int *restrict linked, global const int *restrict in_sheet,
+                               const int with_sheet, global const real *restrict second,
+                               global real *restrict correction, const int stride, const int grid_cells) {
+  const int i = get_global_id(0);
+  correction[i] = 0;
+  const int links = linked[i];
+  if (links == 0 || !(T[i] < UNREACHED) || (with_sheet && in_sheet[i] != 0)) return;
+  const int cell = first_cell[i / LANES] + i % LANES;
+  const int axis[3] = {1, 3, 9}, step[3] = {1, NX, NX * NY};
+  const real here = T[i];
+  real g[3];  // grad T dx
+  for (int a = 0; a < 3; ++a) {
+    const int below = CENTRE - axis[a], above = CENTRE + axis[a];
+    const real lower = links >> below & 1 ? T[neighbour_place(place, cell, -step[a], grid_cells)] : UNREACHED;
+    const real upper = links >> above & 1 ? T[neighbour_place(place, cell, step[a], grid_cells)] : UNREACHED;
+    const bool has_lower = lower < UNREACHED, has_upper = upper < UNREACHED;
+    g[a] = has_lower && has_upper ? R(0.5) * (upper - lower) : has_upper ? upper - here : has_lower ? here - lower : 0;
+  }
+  // The characteristic M g, up to a factor: the cofactors of G.
+  const real xx = metric[i], yy = metric[i + (size_t)stride], zz = metric[i + 2 * (size_t)stride];
+  const real xy = metric[i + 3 * (size_t)stride], xz = metric[i + 4 * (size_t)stride], yz = metric[i + 5 * (size_t)stride];
+  const real cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy, cyz = xy * xz - yz * xx;
+  const real w[3] = {(yy * zz - yz * yz) * g[0] + cxy * g[1] + cxz * g[2],
+                     cxy * g[0] + (xx * zz - xz * xz) * g[1] + cyz * g[2],
+                     cxz * g[0] + cyz * g[1] + (xx * yy - xy * xy) * g[2]};
+  int order[3] = {0, 1, 2};  // axes, longest component first
+  for (int pass = 0; pass < 3; ++pass) {
+    const int p = pass % 2;
+    if (fabs(w[order[p]]) < fabs(w[order[p + 1]])) {
+      const int other = order[p];
+      order[p] = order[p + 1];
+      order[p + 1] = other;
+    }
+  }
+  const real longest = fabs(w[order[0]]);
+  if (!(longest > 0)) return;
+  const real share2 = fabs(w[order[1]]) / longest, share3 = fabs(w[order[2]]) / longest;
+  const real lambda[3] = {1 - share2, share2 - share3, share3};
+  int corner[3], bits = CENTRE, offset = 0;
+  real earliest = UNREACHED;
+  for (int k = 0; k < 3; ++k) {
+    const int towards = w[order[k]] > 0 ? -1 : 1;  // where the wave comes from
+    bits += towards * axis[order[k]];
+    offset += towards * step[order[k]];
+    corner[k] = links >> bits & 1 ? neighbour_place(place, cell, offset, grid_cells) : VOID_CELL;
+    if (lambda[k] > R(1e-3) && (corner[k] == VOID_CELL || !(T[corner[k]] < UNREACHED))) return;
+    earliest = fmin(earliest, T[corner[k]]);
+  }
+  // Second differences along axis 2, axis 3 and their diagonal, at the corners.
+  const int two = order[1], three = order[2];
+  const real sign = w[two] * w[three] > 0 ? 2 : -2;
+  real along2[3], along3[3], diagonal[3];
+  for (int k = 0; k < 3; ++k) {
+    const bool known = corner[k] != VOID_CELL && T[corner[k]] < UNREACHED;
+    global const real *H = second + corner[k];
+    along2[k] = known ? H[two * (size_t)stride] : UNREACHED;
+    along3[k] = known ? H[three * (size_t)stride] : UNREACHED;
+    const real cross = known ? H[(two + three + 2) * (size_t)stride] : UNREACHED;
+    diagonal[k] = fmax(fabs(along2[k]), fmax(fabs(along3[k]), fabs(cross))) < UNREACHED
+                      ? along2[k] + along3[k] + sign * cross : UNREACHED;
+  }
+  const real late = R(0.5) * (lambda[0] * lambda[1] * lesser(along2[0], along2[1]) +
+                              lambda[1] * lambda[2] * lesser(along3[1], along3[2]) +
+                              lambda[0] * lambda[2] * lesser(diagonal[0], diagonal[2]));
+  const real most = R(0.5) * fmax(here - earliest, R(0.0));  // keeps the wave going forward
+  correction[i] = clamp(late, -most, most);
 }
 
 // When sources fire: at start[k], with a trigger[k] >= 0 that much later than the wave reaches that cell.
@@ -292,7 +407,8 @@ kernel void eikonal_sweep(global const real *restrict T, global real *restrict T
                           global const int *restrict linked, global const int *restrict in_sheet,
                           global const real *restrict sheet_speed, global const int8 *restrict neighbours,
                           global const int *restrict changed_before, global int *restrict changed,
-                          global int *restrict last_change, const int sweep, const real dx, const int stride) {
+                          global const real *restrict correction, global int *restrict last_change, const int sweep,
+                          const real dx, const int stride) {
   const int i = THIS_CELL;
   const Rows r = neighbour_rows(neighbours, i);
   const int mark = sweep - 1;
@@ -307,8 +423,9 @@ kernel void eikonal_sweep(global const real *restrict T, global real *restrict T
   linkv links = LOAD_LINKS(linked + i);
   NEIGHBOURS
   global const real *G = metric + i;
-  realv best = arrival(t, old, LOAD(G), LOAD(G + (size_t)stride), LOAD(G + 2 * (size_t)stride), LOAD(G + 3 * (size_t)stride),
+  realv best = arrival(t, (realv)(UNREACHED), LOAD(G), LOAD(G + (size_t)stride), LOAD(G + 2 * (size_t)stride), LOAD(G + 3 * (size_t)stride),
                        LOAD(G + 4 * (size_t)stride), LOAD(G + 5 * (size_t)stride));
+  best = fmin(old, best - LOAD(correction + i));
 #ifdef SHEET
   links = LOAD_LINKS(in_sheet + i);
   if (ANY(links != 0)) {

@@ -28,6 +28,8 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   trigger_kernel_ = launcher.handle(program, "eikonal_trigger");
   fire_ = launcher.handle(program, "eikonal_fire");
   sweep_ = launcher.handle(program, "eikonal_sweep");
+  second_differences_ = launcher.handle(program, "eikonal_second_differences");
+  correction_kernel_ = launcher.handle(program, "eikonal_correction");
   options.push_back("SHEET");
   sheet_sweep_ = launcher.handle(device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated),
                                  "eikonal_sweep");
@@ -40,7 +42,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
 }
 
 std::size_t Eikonal::bytes(std::int64_t stride, Precision precision) {
-  return static_cast<std::size_t>(stride) * (8 * real_bytes(precision) + 3 * sizeof(int));
+  return static_cast<std::size_t>(stride) * (15 * real_bytes(precision) + 3 * sizeof(int));
 }
 
 void Eikonal::reserve(const Tissue& tissue) {
@@ -52,6 +54,8 @@ void Eikonal::reserve(const Tissue& tissue) {
   for (cl::Buffer& buffer : arrival_) buffer = device.allocate(cells * real);
   for (cl::Buffer& buffer : changed_) buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int));
   metric_ = device.allocate(6 * cells * real);
+  second_ = device.allocate(6 * cells * real);
+  correction_ = device.allocate(cells * real);
   linked_ = device.allocate(cells * sizeof(int));
   in_sheet_ = device.allocate(cells * sizeof(int));
 }
@@ -110,8 +114,8 @@ void Eikonal::sweep(const Tissue& tissue, int number, const Sheet* sheet) {
             // Least traffic: nothing has changed.
             static_cast<double>(cells) / Tissue::lanes * (sizeof(cl_int8) + sizeof(int)), arrival_[current_],
             arrival_[1 - current_], metric_, linked_, in_sheet_, sheet != nullptr ? sheet->speed : metric_,
-            tissue.neighbours, changed_[(number - 1) % 2], changed_[number % 2], last_change_, number,
-            Real{dx}, tissue.stride);
+            tissue.neighbours, changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_,
+            number, Real{dx}, tissue.stride);
   current_ = 1 - current_;
 }
 
@@ -132,12 +136,36 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
             static_cast<int>(tissue.places.size()) * Tissue::lanes);
   launcher_(metric_kernel_, global, local, cells * 11 * real, tissue.fibre, speed, tissue.region, metric_,
             linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+  queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));
+  sweeps_ = 0;
+  propagate(tissue, sheet, initial, triggered);
+  correct(tissue, sheet);
+  propagate(tissue, sheet, initial, triggered);
+}
+
+// How late linear interpolation makes the solution: what the next one leaves out.
+void Eikonal::correct(const Tissue& tissue, const Sheet* sheet) {
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  const double bytes = 8.0 * static_cast<double>(n * real_bytes(precision_));
+  const cl::NDRange global(n), local(Tissue::group);
+  const int grid_cells = static_cast<int>(tissue.places.size()) * Tissue::lanes;
+  launcher_(second_differences_, global, local, bytes, tissue.first_cell, tissue.place, arrival_[current_],
+            linked_, second_, tissue.stride, grid_cells);
+  launcher_(correction_kernel_, global, local, 2 * bytes, tissue.first_cell, tissue.place, arrival_[current_],
+            metric_, linked_, in_sheet_, sheet != nullptr ? 1 : 0, second_, correction_, tissue.stride,
+            grid_cells);
+}
+
+void Eikonal::propagate(const Tissue& tissue, const Sheet* sheet, const cl::Buffer* initial, bool triggered) {
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  cl::CommandQueue& queue = launcher_.queue();
   constexpr int first_mark = 1;
   for (const cl::Buffer& buffer : changed_)
     queue.enqueueFillBuffer(buffer, cl_int{0}, 0, n / Tissue::lanes * sizeof(int));
   queue.enqueueFillBuffer(last_change_, cl_int{0}, 0, sizeof(int));
   current_ = 0;
-  launcher_(start_kernel_, global, local, cells * 3 * real, initial != nullptr ? *initial : metric_,
+  launcher_(start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            3 * static_cast<double>(n * real_bytes(precision_)), initial != nullptr ? *initial : metric_,
             initial != nullptr ? 1 : 0, tissue.region, arrival_[0], arrival_[1], changed_[first_mark % 2],
             first_mark);
   if (sources_ > 0) fire(tissue, first_mark);
@@ -154,7 +182,7 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
     moving = triggered ? last_change >= first : last_change >= number - 1;
     if (number > most_sweeps) throw std::runtime_error("the eikonal solver does not come to rest");
   }
-  sweeps_ = number - first_mark - 1;
+  sweeps_ += number - first_mark - 1;
 }
 
 }  // namespace cohort

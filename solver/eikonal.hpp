@@ -55,6 +55,8 @@ class Eikonal {
   void upload_sources(std::span<const Source> sources);
   void fire(const Tissue& tissue, int mark);
   void sweep(const Tissue& tissue, int number, const Sheet* sheet);
+  void propagate(const Tissue& tissue, const Sheet* sheet, const cl::Buffer* initial, bool triggered);
+  void correct(const Tissue& tissue, const Sheet* sheet);
 
   Launcher& launcher_;
   Precision precision_;
@@ -62,9 +64,11 @@ class Eikonal {
   int capacity_ = 0, source_capacity_ = 0;
   int current_ = 0, sweeps_ = 0;
   int sources_ = 0, source_cells_ = 0;
-  cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, last_change_;
+  cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, second_, correction_,
+      last_change_;
   cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;
-  Launcher::Handle link_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_, sheet_sweep_;
+  Launcher::Handle link_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_, sheet_sweep_,
+      second_differences_, correction_kernel_;
 };
 
 }  // namespace cohort
