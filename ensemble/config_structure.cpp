@@ -283,6 +283,15 @@ void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes
         if (const auto index = read_choice(*model, model->path, models, mistakes))
           scene.cell_model = models[*index];
       }
+      if (Node* method = take(*electrophysiology, "activation"))
+        scene.activation_method =
+            read_word<ActivationMethod>(*method,
+                                        {{"automatic", ActivationMethod::automatic},
+                                         {"monodomain", ActivationMethod::monodomain},
+                                         {"bidomain", ActivationMethod::bidomain},
+                                         {"reaction_eikonal", ActivationMethod::reaction_eikonal},
+                                         {"eikonal", ActivationMethod::eikonal}},
+                                        scene.activation_method, mistakes);
     }
     if (Node* stimuli = take_map(*scene_node, "stimuli", mistakes)) read_stimuli(*stimuli, scene, mistakes);
     if (Node* torso = take_map(*scene_node, "torso", mistakes)) {

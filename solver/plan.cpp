@@ -24,6 +24,9 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
+  if (scene.activation_method != ActivationMethod::automatic &&
+      scene.activation_method != ActivationMethod::monodomain)
+    throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;

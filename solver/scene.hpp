@@ -11,6 +11,10 @@ namespace cohort {
 enum class GeometryKind { box, shapes, heart };
 enum class TorsoKind { box, ellipsoid, cylinder, unbounded };
 enum class Precision { single_, double_ };
+/// How the tissue is activated: the monodomain or bidomain equations; arrival times of an eikonal equation
+/// that trigger the cell model (reaction_eikonal), or that shift a template of its action potential, without
+/// a time loop (eikonal). automatic: chosen by the plan.
+enum class ActivationMethod { automatic, monodomain, bidomain, reaction_eikonal, eikonal };
 
 /// A signed distance shape: a primitive (its sizes are parameters geometry.shapes.<name>.<primitive>.<size>)
 /// or an operation on shapes named before it.
@@ -61,6 +65,7 @@ struct Scene {
   std::vector<Shape> shapes;                      ///< geometry `shapes`
   std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
+  ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
   TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;
