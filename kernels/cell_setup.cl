@@ -45,5 +45,9 @@ kernel void initialise_cells(global const real *restrict parameters, global cons
   for (int k = 0; k < CELL_STATES; ++k) states[i + k * (size_t)stride] = initial[k];
 #ifdef ACTIVATION
   activation[i] = -1;
+#ifdef BEATS
+  activation[i + (size_t)stride] = -1;
+  activation[i + 2 * (size_t)stride] = 0;
+#endif
 #endif
 }

@@ -6,7 +6,7 @@
 //
 // Needs segments.clh, diffusion.clh, a cell model, and
 // -D CELL_STATES, CELL_DERIVED, LOAD_DERIVED(d, member, i) (generated), MEMBERS (in the batch);
-// -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times.
+// -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times;  -D BEATS: and later ones.
 #if !defined(CELL_STATES) || !defined(CELL_DERIVED) || !defined(MEMBERS)
 #error "monodomain.cl needs CELL_STATES, CELL_DERIVED and MEMBERS"
 #endif
@@ -20,7 +20,8 @@
 // V (mV) -> V_new after diffusion over dt_diffusion and reaction over dt, both ms; the step begins at time_whole +
 // time_fraction (see stimulus.clh). V_before: potential at the start of the step, V itself unless diffusion substeps came
 // between.
-// states (CELL_STATES, stride). activation: time of the first upward crossing of the threshold, -1 before it.
+// states (CELL_STATES, stride). activation: time of the first upward crossing of the threshold, -1 before it; with BEATS
+// (3, stride): behind it the time of the latest crossing and the number of them.
 kernel void monodomain_step(global const real *V, global const real *V_before, global real *restrict V_new, global real *restrict states,
                             global const real *restrict stencil, global const real *restrict inverse_capacity,
                             global const int8 *restrict neighbours, global const ushort *restrict member_of,
@@ -57,8 +58,12 @@ kernel void monodomain_step(global const real *V, global const real *V_before, g
   if (ANY(crossed)) {
     const realv when = time_whole + (time_fraction + dt * (threshold - before) / (u - before));
     for (int k = 0; k < WIDTH; ++k) {
-      const bool first = LANE(u, k) >= threshold && LANE(before, k) < threshold && activation[i + k] < 0;
-      if (first) activation[i + k] = (float)LANE(when, k);
+      if (!(LANE(u, k) >= threshold && LANE(before, k) < threshold)) continue;
+      if (activation[i + k] < 0) activation[i + k] = (float)LANE(when, k);
+#ifdef BEATS
+      activation[i + k + (size_t)stride] = (float)LANE(when, k);
+      activation[i + k + 2 * (size_t)stride] += 1;
+#endif
     }
   }
 #endif

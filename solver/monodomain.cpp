@@ -73,6 +73,7 @@ void Monodomain::choose_fields(std::span<const Member> members) {
 
   std::vector<std::string> setup_options = definitions_.options;
   if (scene_.activation) setup_options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 1) setup_options.push_back("BEATS");
   const cl::Program setup = device.build({"segments.clh", cell, "cell_setup.cl"}, setup_options, generated);
   entry->second.derive = launcher_.handle(setup, "derive_members");
   entry->second.initialise = launcher_.handle(setup, "initialise_cells");
@@ -81,6 +82,7 @@ void Monodomain::choose_fields(std::span<const Member> members) {
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
   if (scene_.activation) options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 1) options.push_back("BEATS");
   // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler
   // takes. A model of many states would spill.
   constexpr std::size_t few_states = 2;
@@ -103,7 +105,7 @@ std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
   const CellModel model = read_cell_model(scene.cell_model);
   const auto n = static_cast<std::size_t>(stride);
   return n * (real_bytes(scene.precision) * (2 + model.states.size() + 6 + model.derived.size()) +
-              (scene.activation ? sizeof(float) : 0) + (scene.stimuli.empty() ? 0 : 1));
+              static_cast<std::size_t>(activation_fields(scene)) * sizeof(float) + (scene.stimuli.empty() ? 0 : 1));
 }
 
 double Monodomain::bytes_per_cell_step() const {
@@ -124,7 +126,7 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real);
     states_ = device.allocate(n * real * model_.states.size());
     stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
-    activation_ = device.allocate(scene_.activation ? n * sizeof(float) : 0);
+    activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float));
     stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
     fields_allocated_ = -1;
   }
