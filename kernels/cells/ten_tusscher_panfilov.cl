@@ -253,7 +253,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   }
   {
     const realv open = 1 + exp((v + R(71.55)) * (1 / R(7.43))), end = 1 / (open * open);
-    const intv low = isless(v, C(-40.0));
+    const intv low = isless(v, C(-40.0)), high = isgreaterequal(v, C(-40.0));
     realv rate_h = 0, rate_j = 0;
     if (ANY(low)) {
       rate_h = R(0.057) * exp((v + 80) * (-1 / R(6.8))) + R(2.7) * exp(v * R(0.079)) + R(3.1e5) * exp(v * R(0.3485));
@@ -261,7 +261,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
                             (1 + exp((v + R(79.23)) * R(0.311)));
       rate_j = opening + R(0.02424) * exp(v * R(-0.01052)) / (1 + exp((v + R(40.14)) * R(-0.1378)));
     }
-    if (ANY(~low)) {
+    if (ANY(high)) {
       const realv high_h = R(5.92307692307692) / (1 + exp((v + R(10.66)) * (-1 / R(11.1))));
       const realv high_j = R(0.6) * exp(v * R(0.057)) * e10 / (e10 + R(0.0407622039783662));
       rate_h = WHERE(low, rate_h, high_h);
