@@ -89,3 +89,21 @@ kernel void fibre_field(global const real *restrict parameters, const real4 orig
   fibre[i + (size_t)stride] = f.y;
   fibre[i + 2 * (size_t)stride] = f.z;
 }
+
+// tissue_coordinates at the centres of tissue cells: (4, stride). Zero elsewhere.
+kernel void coordinate_field(global const real *restrict parameters, const real4 origin_and_spacing,
+                             global const int *restrict first_cell, global const ushort *restrict member_of,
+                             global const uchar *restrict tissue_region_of, global real *restrict coordinates,
+                             const int stride) {
+  const int i = get_global_id(0), s = i / LANES;
+  real4 c = (real4)(0);
+  if (tissue_region_of[i] != NO_REGION) {
+    const int member = member_of[s];
+    const real3 p = cell_centre(first_cell[s] % (NX * NY * NZ), i % LANES, origin_and_spacing.xyz, origin_and_spacing.w);
+    c = tissue_coordinates(p, tissue_region_of[i], parameters + (size_t)member * PARAMETERS);
+  }
+  coordinates[i] = c.x;
+  coordinates[i + (size_t)stride] = c.y;
+  coordinates[i + 2 * (size_t)stride] = c.z;
+  coordinates[i + 3 * (size_t)stride] = c.w;
+}

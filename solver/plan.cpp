@@ -24,6 +24,9 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
+  if (scene.activation_method != ActivationMethod::automatic &&
+      scene.activation_method != ActivationMethod::monodomain)
+    throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
@@ -71,9 +74,16 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
     plan.bytes += runs ? bytes : 0;
   };
-  module("geometry", true, "cells, regions, fractions and fibres of every member",
-         {"classify_cells", "flag_segments", "gather_cells", "link_segments", "fibre_field"},
-         Tissue::bytes(grid, batch, stride, scene.precision));
+  const bool heterogeneous = !scene.heterogeneity.parameters.empty();
+  std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
+                                               "link_segments", "fibre_field"};
+  std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
+  if (heterogeneous) {
+    geometry_kernels.emplace_back("coordinate_field");
+    geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
+  }
+  module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
+         geometry_bytes);
   module("monodomain", true, "activation and potential of the tissue",
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
@@ -97,6 +107,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
                 "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
 
   tissue.build_fibres(parameters);
+  if (heterogeneous) tissue.build_coordinates(parameters);
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
@@ -114,9 +125,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
   constexpr double share_of_triad = 0.7;
   const double bytes_per_step =
-      static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
-  const double step_s =
-      std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9), launch_s * steps.substeps);
+      static_cast<double>(stride) *
+      (monodomain.bytes_per_cell_step() + monodomain.bytes_per_cell_stage() * (2 * steps.substeps - 1));
+  const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
+                                 2 * launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;
   return plan;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,10 @@ namespace cohort {
 enum class GeometryKind { box, shapes, heart };
 enum class TorsoKind { box, ellipsoid, cylinder, unbounded };
 enum class Precision { single_, double_ };
+/// How the tissue is activated: the monodomain or bidomain equations; arrival times of an eikonal equation
+/// that trigger the cell model (reaction_eikonal), or that shift a template of its action potential, without
+/// a time loop (eikonal). automatic: chosen by the plan.
+enum class ActivationMethod { automatic, monodomain, bidomain, reaction_eikonal, eikonal };
 
 /// A signed distance shape: a primitive (its sizes are parameters geometry.shapes.<name>.<primitive>.<size>)
 /// or an operation on shapes named before it.
@@ -49,6 +54,13 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
+/// Cell parameters that vary through the wall: each has slopes electrophysiology.heterogeneity.<name>.<basis>
+/// (solver/heterogeneity.hpp).
+struct Heterogeneity {
+  std::vector<std::string> parameters;  ///< names of cell parameters; empty: none varies
+  std::vector<std::string> regions;     ///< where they vary; empty: as heterogeneous_regions() says
+};
+
 struct EcgRequest {};               ///< twelve leads
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
@@ -61,6 +73,9 @@ struct Scene {
   std::vector<Shape> shapes;                      ///< geometry `shapes`
   std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
+  std::map<std::string, std::string> region_cell_models;  ///< by name of a region: the model that it has instead
+  Heterogeneity heterogeneity;
+  ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
   TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;

@@ -59,7 +59,7 @@ Grid make_grid(const Scene& scene, std::span<const Member> members) {
 
 Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   Definitions result;
-  const RegionParameters regions = region_parameters(scene, read_cell_model(scene.cell_model));
+  const RegionParameters regions = region_parameters(scene);
   std::string excitable = "{", slot = "constant int region_slot[] = {";
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     excitable += scene.regions[r].excitable ? "1," : "0,";
@@ -78,8 +78,6 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   define("REGION_FIRST", regions.first);
   define("REGION_STRIDE", regions.stride);
   define("REGION_SLOTS", regions.slots);
-  define("REGION_CELL_OFFSET", regions.cell_offset);
-  define("CELL_FIRST", regions.cell_first);
   if (scene.precision == Precision::double_) result.options.push_back("DOUBLE");
   return result;
 }
@@ -104,6 +102,7 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
   gather_ = launcher.handle(program, "gather_cells");
   link_ = launcher.handle(program, "link_segments");
   fibre_field_ = launcher.handle(program, "fibre_field");
+  coordinate_field_ = launcher.handle(program, "coordinate_field");
 
   const auto cells = static_cast<std::size_t>(grid.size()) * static_cast<std::size_t>(members);
   grid_region_ = device_.allocate(cells);
@@ -207,6 +206,17 @@ void Tissue::build_fibres(const cl::Buffer& parameters) {
   const double bytes = static_cast<double>(n) * (1 + 3.0 * static_cast<double>(real_bytes(precision_)));
   launcher_(fibre_field_, cl::NDRange(n), cl::NDRange(group), bytes, parameters, grid_.origin_and_spacing(),
             first_cell, member_of, region, fibre, stride);
+}
+
+void Tissue::build_coordinates(const cl::Buffer& parameters) {
+  const auto n = static_cast<std::size_t>(stride), real = real_bytes(precision_);
+  if (stride > coordinates_stride_) {
+    coordinates_stride_ = capacity_stride_;
+    coordinates = device_.allocate(4 * static_cast<std::size_t>(coordinates_stride_) * real);
+  }
+  launcher_(coordinate_field_, cl::NDRange(n), cl::NDRange(group),
+            static_cast<double>(n) * (1 + 4.0 * static_cast<double>(real)), parameters,
+            grid_.origin_and_spacing(), first_cell, member_of, region, coordinates, stride);
 }
 
 std::array<double, 3> Tissue::centre(std::size_t place_in_fields) const {

@@ -49,6 +49,9 @@ class Tissue {
   /// Fibre directions of the tissue built last, (3, stride).
   void build_fibres(const cl::Buffer& parameters);
 
+  /// Coordinates of the tissue built last, (4, stride): see `coordinates`.
+  void build_coordinates(const cl::Buffer& parameters);
+
   /// Types of the grid's vertices after build(): (members, nz+1, ny+1, nx+1), 0 outside, 1 solid, 2 surface.
   std::vector<std::uint8_t> vertices(int members);
 
@@ -63,6 +66,10 @@ class Tissue {
   std::vector<bool> touches_boundary;
 
   cl::Buffer first_cell, place, member_of, neighbours, region, capacity, inverse_capacity, fibre;
+  /// (4, stride), after build_coordinates(): transmural 0 (endocardium) to 1, apico-basal 0 (apex) to 1
+  /// (base), angle around the axis (radians, 0 at the septum), signed distance in mm to the nearest
+  /// endocardium.
+  cl::Buffer coordinates;
 
   const Grid& grid() const { return grid_; }
   /// Centre of the tissue cell at a place of the compact fields, mm.
@@ -78,8 +85,9 @@ class Tissue {
   Precision precision_;
   Grid grid_;
   cl::Buffer grid_region_, grid_fraction_, flag_;
-  int capacity_members_ = 0, capacity_stride_ = 0;
-  Launcher::Handle classify_, classify_vertices_, flag_segments_, gather_, link_, fibre_field_;
+  int capacity_members_ = 0, capacity_stride_ = 0, coordinates_stride_ = 0;
+  Launcher::Handle classify_, classify_vertices_, flag_segments_, gather_, link_, fibre_field_,
+      coordinate_field_;
 };
 
 }  // namespace cohort
