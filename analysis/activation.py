@@ -65,8 +65,10 @@ def draw_cut(axes, image, axis, index, norm, levels):
     if activated.any():
         times = numpy.ma.masked_where(~(inside & reached), refined(spread(activation, activated, 3)))
         filled = axes.contourf(x, y, times, levels=levels, cmap=MAP, norm=norm, extend="neither")
-        lines = axes.contour(x, y, times, levels=levels, colors="black", linewidths=0.5)
-        axes.clabel(lines, levels[::2] if len(levels) > 8 else levels, fmt="%g", fontsize=7, inline_spacing=2)
+        crossed = levels[(levels > times.min()) & (levels < times.max())]
+        if len(crossed):
+            lines = axes.contour(x, y, times, levels=crossed, colors="black", linewidths=0.5)
+            axes.clabel(lines, crossed[::2] if len(crossed) > 8 else crossed, fmt="%g", fontsize=7, inline_spacing=2)
     drawn = numpy.argwhere(inside)
     if len(drawn):
         for limits, values, column in ((axes.set_xlim, x, 1), (axes.set_ylim, y, 0)):
