@@ -8,6 +8,8 @@
 //     tau_w1_minus_ms 6, 70   tau_w2_minus_ms 140, 8   k_w_minus 200, 200   u_w_minus 0.016, 0.016   tau_w_plus_ms 280, 280
 //     tau_fi_ms 0.1, 0.078   tau_o1_ms 470, 410   tau_o2_ms 6, 7   tau_so1_ms 40, 91   tau_so2_ms 1.2, 0.8   k_so 2, 2.1
 //     u_so 0.65, 0.6   tau_s2_ms 2, 4   tau_si_ms 2.9013, 3.3849   tau_w_inf 0.0273, 0.01   w_inf_star 0.78, 0.5
+// The inward current has no reversal potential: what bounds u is that the outward current is the greater at last, 1 / tau_so2 > 1 / tau_si.
+// The ranges of k_so, u_so, tau_so2 and tau_si keep to that.
 // A cell model is one file: the lines //@ declare it to the host, the functions below are what the kernels call.
 //
 //@ parameter u_o 0 -0.5 0.5 1 "potential at rest" "Bueno-Orovio et al. 2008, table 1"
@@ -23,19 +25,19 @@
 //@ parameter tau_w2_minus_ms 15 1 1000 ms "recovery of w above u_w_minus" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter k_w_minus 65 1 1000 1 "steepness of the change between them" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter u_w_minus 0.03 0.0001 1 1 "potential of that change" "Bueno-Orovio et al. 2008, table 1"
-//@ parameter tau_w_plus_ms 200 5 5000 ms "inactivation of the slow inward current" "Bueno-Orovio et al. 2008, table 1"
+//@ parameter tau_w_plus_ms 200 20 1000 ms "inactivation of the slow inward current" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_fi_ms 0.11 0.02 5 ms "fast inward current" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_o1_ms 400 5 5000 ms "slow outward current at rest" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_o2_ms 6 0.2 100 ms "slow outward current between theta_o and theta_w" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_so1_ms 30.0181 1 500 ms "slow outward current below u_so" "Bueno-Orovio et al. 2008, table 1"
-//@ parameter tau_so2_ms 0.9957 0.1 50 ms "slow outward current above u_so" "Bueno-Orovio et al. 2008, table 1"
-//@ parameter k_so 2.0458 0.1 50 1 "steepness of the change between them" "Bueno-Orovio et al. 2008, table 1"
-//@ parameter u_so 0.65 0.01 2 1 "potential of that change" "Bueno-Orovio et al. 2008, table 1"
+//@ parameter tau_so2_ms 0.9957 0.1 1.8 ms "slow outward current above u_so" "Bueno-Orovio et al. 2008, table 1"
+//@ parameter k_so 2.0458 1 10 1 "steepness of the change between them" "Bueno-Orovio et al. 2008, table 1"
+//@ parameter u_so 0.65 0.3 1 1 "potential of that change" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_s1_ms 2.7342 0.1 100 ms "time constant of s below theta_w" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_s2_ms 16 0.1 500 ms "time constant of s above theta_w" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter k_s 2.0994 0.1 50 1 "steepness of the activation of s" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter u_s 0.9087 0.01 3 1 "potential of the activation of s" "Bueno-Orovio et al. 2008, table 1"
-//@ parameter tau_si_ms 1.8875 0.1 50 ms "slow inward current" "Bueno-Orovio et al. 2008, table 1"
+//@ parameter tau_si_ms 1.8875 1.8 50 ms "slow inward current" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter tau_w_inf 0.07 0.001 2 1 "potential by which the end of w falls to 0" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter w_inf_star 0.94 0 1 1 "end of w above theta_o" "Bueno-Orovio et al. 2008, table 1"
 //@ parameter resting_mV -84 -120 0 mV "transmembrane potential at u = 0" "Bueno-Orovio et al. 2008, section 2"
@@ -110,7 +112,10 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_inverse_amplitude] = 1 / p[P_amplitude_mV];
 }
 
-real cell_fastest_rate(const real *p) { return 4; }
+// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 1.2 ms for all three layers and the reaction's share of a
+// front's error is 0.4 %. Half of that makes durations worse in single precision: potentials near rest, in mV, then change by
+// less than a float can tell.
+real cell_fastest_rate(const real *p) { return R(0.3) / p[P_tau_fi_ms]; }
 
 // One step of dt ms. The gates go first, by their exact exponentials at u (Rush & Larsen 1978): that puts them half a step behind
 // and half a step ahead of u, as a leap-frog does. Then u by an exponential with the slope of its right-hand side. Second order in dt
@@ -148,7 +153,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   const realv slope = fast * (d[D_u_u] + d[D_theta_v] - 2 * u) - WHERE(above_w, so_slope, rate_o);
   const realv x = dt * slope;
   *V = fma(d[D_amplitude] * dt / fma(x, fma(x, (realv)(R(1.0) / 12), (realv)(R(-0.5))), one), rate, *V);
-  state[S_v] = v;
+  state[S_v] = WHERE(isless(v, (realv)(R(1e-20))), zero, v);  // no denormal numbers, which CPUs are slow with
   state[S_w] = w;
   state[S_s] = s;
 }

@@ -174,7 +174,9 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_Kcsqn] = p[P_Kcsqn_mM];
 }
 
-real cell_fastest_rate(const real *p) { return 4; }
+// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 0.9 ms, calcium within 1 % and the reaction's share
+// of a front's error is 0.5 %. The upstroke quickens about with the root of the sodium conductance.
+real cell_fastest_rate(const real *p) { return R(3.9) * fmax(R(1.0), sqrt(p[P_gNa] / R(7.8))); }
 
 // 1 - exp(-z) for z > 0 to z^5/720: the share of the way to its end that a gate goes in a step of z time constants. Below 1 for
 // every z, so that gates stay in [0, 1]; largest at z = sqrt(12), where it is held.
@@ -190,9 +192,17 @@ static inline realv courtemanche_rate(realv x, realv e) {
   return WHERE(isless(fabs(x), (realv)(R(0.5))), series, x / (e - 1));
 }
 
-// One step of dt ms. The gates go first, by their exact exponentials at V (Rush & Larsen 1978): that puts them half a step behind
-// and half a step ahead of V, as a leap-frog does, and so the upstroke is second order in dt. Then V with these gates, its
-// linear part by an exponential too. stimulus in mV/ms; potassium carries it.
+// m after dt ms at the potential v.
+static inline realv courtemanche_m(realv m, realv v, real dt) {
+  const realv x = R(-0.1) * (v + R(47.13)), opening = R(3.2) * courtemanche_rate(x, exp(x));
+  const realv rate = opening + R(0.08) * exp(v * (R(-1.0) / 11)), end = opening / rate;
+  return fma(exp(-dt * rate), m - end, end);
+}
+
+// One step of dt ms. The gates go first, by their exponentials at V (Rush & Larsen 1978): that puts them half a step behind and half a
+// step ahead of V, as a leap-frog does. Then V with these gates, its linear part by an exponential too: second order in dt for a
+// cell by itself. In tissue diffusion changes V between steps and only m, the one gate as fast as that, would feel it: m goes half
+// a step before and half a step after V (measured: fronts 4 times nearer their limit). stimulus in mV/ms; potassium carries it.
 void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
   const realv v = *V;
   const realv Cai = state[S_Cai], Carel = state[S_Carel], Caup = state[S_Caup];
@@ -201,12 +211,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
 #define GO(gate, end, share) state[S_##gate] = fma(share, (end) - state[S_##gate], state[S_##gate])
 #define TOWARDS(gate, end, rate) GO(gate, end, courtemanche_share(dt * (rate)))
   // Fast sodium current.
-  {
-    const realv x = R(-0.1) * (v + R(47.13));
-    const realv opening = R(3.2) * courtemanche_rate(x, exp(x));
-    const realv rate = opening + R(0.08) * exp(v * (R(-1.0) / 11)), end = opening / rate;
-    state[S_m] = fma(exp(-dt * rate), state[S_m] - end, end);
-  }
+  state[S_m] = courtemanche_m(state[S_m], v, R(0.5) * dt);
   {
     const intv low = isless(v, (realv)(R(-40.0))), high = isgreaterequal(v, (realv)(R(-40.0)));
     realv open_h = 0, rate_h = 0, open_j = 0, rate_j = 0;
@@ -288,6 +293,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
     const realv Fn = d[D_Fn_release] * release * (Carel - Cai) - d[D_Fn_current] * (R(0.5) * ICaL - R(0.2) * INaCa);
     const realv opened = 1 / (1 + exp(250 - Fn)), closed = 1 / (1 + exp(Fn - 50));
     GO(u, opened, d[D_u_step]);
+    state[S_u] = WHERE(isless(state[S_u], (realv)(R(1e-15))), (realv)(0), state[S_u]);  // no denormal numbers, which CPUs are slow with
     TOWARDS(v, closed, 1 / fma(opened, (realv)(R(2.09)), (realv)(R(1.91))));
     const realv x = (v - R(7.9)) * R(-0.2), e = exp(x);
     TOWARDS(w, 1 / (1 + exp((v - 40) * (R(1.0) / 17))), courtemanche_rate(x, e) * (1 + R(0.3) * e) * (1 / R(1.2)));
@@ -313,4 +319,5 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   const realv bound = 1 + d[D_trpn] / (a * a) + d[D_cmdn] / (b * b);
   const realv flux = R(0.5) * d[D_mM_per_pA] * (2 * INaCa - IpCa - ICaL - IbCa) - d[D_up_over_i] * uptake + d[D_rel_over_i] * Irel;
   state[S_Cai] = fma(dt / bound, flux, Cai);
+  state[S_m] = courtemanche_m(state[S_m], *V, R(0.5) * dt);
 }
