@@ -10,8 +10,8 @@ constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
 constexpr const char* niederer = "Niederer et al. 2011, table 1";
 
 // The conductivities that a region may set for itself, in the order of its run in the table.
-const std::vector<Parameter>& conductivities() {
-  static const std::vector<Parameter> list = {
+std::vector<Parameter> conductivities(const Scene& scene) {
+  std::vector<Parameter> list = {
       {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
        thesis},
       {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
@@ -22,7 +22,41 @@ const std::vector<Parameter>& conductivities() {
        "intracellular conductivity across fibres, source of the ECG",
        "ratio to the longitudinal one as in the monodomain conductivities"},
   };
+  if (scene.activation_method == ActivationMethod::bidomain) {
+    list.push_back({"extracellular_longitudinal_mS_per_mm", "mS/mm", 0.62, 1e-4, 10,
+                    "extracellular conductivity along fibres", niederer});
+    list.push_back({"extracellular_transverse_mS_per_mm", "mS/mm", 0.24, 1e-4, 10,
+                    "extracellular conductivity across fibres", niederer});
+  }
   return list;
+}
+
+// What the bidomain equations have beside the conductivities of tissue.
+void declare_bidomain(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "electrophysiology.";
+  const char* by_choice = "chosen";
+  Parameter tolerance{root + "elliptic_tolerance",
+                      "1",
+                      1e-5,
+                      1e-12,
+                      1e-2,
+                      "residual of the extracellular potential over its source",
+                      "measured: solver/README.md"};
+  tolerance.structural = true;
+  table.add(tolerance);
+  table.add_vector({root + "boundary_current_uA_per_mm2", "uA/mm2", 0, -1000, 1000,
+                    "current density that enters through the lower end of what conducts along this axis and "
+                    "leaves through the upper one",
+                    by_choice},
+                   0, 0, 0);
+  table.add({root + "boundary_current_start_ms", "ms", 0, 0, 1e6, "when it begins", by_choice});
+  table.add({root + "boundary_current_duration_ms", "ms", 0, 0, 1e6, "how long it flows", by_choice});
+  for (const Region& region : scene.regions)
+    if (region.bath)
+      table.add({root + "regions." + region.name + ".bath_conductivity_mS_per_mm", "mS/mm", 0.66, 1e-4, 100,
+                 "conductivity of the bath, isotropic",
+                 "blood: Gabriel, Lau & Gabriel, Phys. Med. Biol. 41 (1996) 2251"});
 }
 
 }  // namespace
@@ -30,7 +64,7 @@ const std::vector<Parameter>& conductivities() {
 void declare_electrophysiology(Scene& scene) {
   ParameterTable& table = scene.parameters;
   const std::string root = "electrophysiology.";
-  for (Parameter p : conductivities()) {
+  for (Parameter p : conductivities(scene)) {
     p.path = root + p.path;
     table.add(p);
   }
@@ -39,6 +73,8 @@ void declare_electrophysiology(Scene& scene) {
   table.add({root + "capacitance_uF_per_mm2", "uF/mm2", 0.01, 1e-4, 100, "membrane capacitance", niederer});
   table.add({root + "activation_threshold_mV", "mV", 0, -200, 200,
              "a cell is activated when its potential first rises through this", niederer});
+
+  if (scene.activation_method == ActivationMethod::bidomain) declare_bidomain(scene);
 
   const CellModel model = read_cell_model(scene.cell_model);
   const std::string cell_root = root + model.name + ".";
@@ -49,7 +85,7 @@ void declare_electrophysiology(Scene& scene) {
   for (const Region& region : scene.regions) {
     if (!region.excitable) continue;
     const std::string region_root = root + "regions." + region.name + ".";
-    for (Parameter p : conductivities()) {
+    for (Parameter p : conductivities(scene)) {
       p.inherits = root + p.path;
       p.path = region_root + p.path;
       p.value = inherited;
@@ -67,16 +103,19 @@ void declare_electrophysiology(Scene& scene) {
 RegionParameters region_parameters(const Scene& scene, const CellModel& model) {
   RegionParameters result{};
   result.intracellular_offset = 2;
-  result.cell_offset = static_cast<int>(conductivities().size());
+  result.extracellular_offset = 4;
+  result.cell_offset = static_cast<int>(conductivities(scene).size());
   result.stride = result.cell_offset + static_cast<int>(model.parameters.size());
   result.cell_first =
       scene.parameters.index("electrophysiology." + model.name + "." + model.parameters.front().path);
   result.first = -1;
   for (const Region& region : scene.regions) {
     result.slot.push_back(region.excitable ? result.slots++ : -1);
+    result.bath.push_back(
+        scene.parameters.find("electrophysiology.regions." + region.name + ".bath_conductivity_mS_per_mm"));
     if (region.excitable && result.first < 0)
       result.first = scene.parameters.index("electrophysiology.regions." + region.name + "." +
-                                            conductivities().front().path);
+                                            conductivities(scene).front().path);
   }
   return result;
 }

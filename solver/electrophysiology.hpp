@@ -14,10 +14,13 @@ void declare_stimuli(Scene& scene);
 
 /// Where the parameters of regions stand in the table: region r (excitable) has a run of `stride` numbers
 /// from first + stride slot[r]: conductivities along and across, intracellular conductivities along and
-/// across, then the cell model's parameters in its order from `cell_offset` on.
+/// across (and with the bidomain equations the extracellular ones), then the cell model's parameters in its
+/// order from `cell_offset` on.
 struct RegionParameters {
   int first, stride, cell_offset, intracellular_offset, slots;
-  std::vector<int> slot;  ///< by region; -1 where not excitable
+  int extracellular_offset;  ///< bidomain only
+  std::vector<int> slot;     ///< by region; -1 where not excitable
+  std::vector<int> bath;     ///< by region: its bath's conductivity, or -1
   int cell_first;         ///< index of the cell model's first own parameter
 };
 RegionParameters region_parameters(const Scene& scene, const CellModel& model);

@@ -44,6 +44,7 @@ struct Region {
   std::string shape;      ///< geometry `shapes` only: the shape it fills
   bool excitable = true;  ///< false: insulates (no electrophysiology in it)
   Fibres fibres = Fibres::none;
+  bool bath = false;  ///< bidomain: not excitable, but an isotropic conductor in contact with the tissue
 };
 
 struct Stimulus {

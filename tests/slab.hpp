@@ -27,13 +27,15 @@ inline Device& device() {
 struct Slab {
   /// size in mm, from the origin. set: changes to the parameters' values, by path.
   Slab(std::array<double, 3> size_mm, double dx_mm, Precision precision, const std::string& cell_model,
-       const std::vector<std::pair<std::string, double>>& set) {
-    scene.geometry = GeometryKind::box;
-    scene.cell_model = cell_model;
-    scene.precision = precision;
+       const std::vector<std::pair<std::string, double>>& set,
+       ActivationMethod method = ActivationMethod::automatic)
+      : Slab(box(precision, cell_model, method), dx_mm, sized(size_mm, set)) {}
+
+  /// Any geometry: `structure` before its parameters are declared.
+  Slab(const Scene& structure, double dx_mm, const std::vector<std::pair<std::string, double>>& set)
+      : scene(structure) {
+    const Precision precision = scene.precision;
     declare_parameters(scene);
-    const char* axes[] = {".x", ".y", ".z"};
-    for (size_t a = 0; a < 3; ++a) put(std::string("geometry.box.size_mm") + axes[a], size_mm[a]);
     put("grid.dx_mm", dx_mm);
     for (const auto& [path, value] : set) put(path, value);
     member.values = scene.parameters.values();
@@ -51,6 +53,23 @@ struct Slab {
     tissue->build(parameters, 1);
     tissue->build_fibres(parameters);
     monodomain->assemble(*tissue, *diffusion, parameters, one);
+  }
+
+  static Scene box(Precision precision, const std::string& cell_model, ActivationMethod method) {
+    Scene structure;
+    structure.geometry = GeometryKind::box;
+    structure.cell_model = cell_model;
+    structure.precision = precision;
+    structure.activation_method = method;
+    return structure;
+  }
+  static std::vector<std::pair<std::string, double>> sized(
+      std::array<double, 3> size_mm, const std::vector<std::pair<std::string, double>>& set) {
+    std::vector<std::pair<std::string, double>> all = set;
+    const char* axes[] = {".x", ".y", ".z"};
+    for (size_t a = 0; a < 3; ++a)
+      all.emplace_back(std::string("geometry.box.size_mm") + axes[a], size_mm[a]);
+    return all;
   }
 
   void put(const std::string& path, double value) {
