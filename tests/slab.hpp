@@ -27,9 +27,9 @@ inline Device& device() {
 struct Slab {
   /// size in mm, from the origin. set: changes to the parameters' values, by path.
   Slab(std::array<double, 3> size_mm, double dx_mm, Precision precision, const std::string& cell_model,
-       const std::vector<std::pair<std::string, double>>& set,
+       const std::vector<std::pair<std::string, double>>& set, const std::vector<Stimulus>& stimuli = {},
        ActivationMethod method = ActivationMethod::automatic)
-      : Slab(box(precision, cell_model, method), dx_mm, sized(size_mm, set)) {}
+      : Slab(box(precision, cell_model, stimuli, method), dx_mm, sized(size_mm, set)) {}
 
   /// Any geometry: `structure` before its parameters are declared.
   Slab(const Scene& structure, double dx_mm, const std::vector<std::pair<std::string, double>>& set)
@@ -55,8 +55,10 @@ struct Slab {
     monodomain->assemble(*tissue, *diffusion, parameters, one);
   }
 
-  static Scene box(Precision precision, const std::string& cell_model, ActivationMethod method) {
+  static Scene box(Precision precision, const std::string& cell_model, const std::vector<Stimulus>& stimuli,
+                   ActivationMethod method) {
     Scene structure;
+    structure.stimuli = stimuli;
     structure.geometry = GeometryKind::box;
     structure.cell_model = cell_model;
     structure.precision = precision;

@@ -87,7 +87,7 @@ Errors pathmanathan_gray(int dimensions, double N, double& iterations) {
              {"electrophysiology.elliptic_tolerance", 1e-7},
              {"electrophysiology.pathmanathan_gray.beta", betas[dimensions - 1] * (1 - k)},
              {"electrophysiology.pathmanathan_gray.chi_times_capacitance", chi * Cm}},
-            ActivationMethod::bidomain);
+            {}, ActivationMethod::bidomain);
   Conductor conductor(slab);
   Bidomain& bidomain = conductor.bidomain;
   const auto tensor = [&](double factor) {
