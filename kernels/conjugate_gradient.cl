@@ -174,6 +174,16 @@ kernel void search_direction(int nx, int ny, int nz, global const real *restrict
   store_partial(partial, pq, 0);
 }
 
+// x += z.
+kernel void add_correction(int cells, global const real *restrict inverse_diagonal, global const real *restrict z,
+                           global real *restrict x) {
+  z += get_global_id(1) * cells;
+  x += get_global_id(1) * cells;
+  FOR_CHUNK(c, cells) {
+    if (inverse_diagonal[c] > 0) x[c] += z[c];
+  }
+}
+
 // alpha = (r.z) / (p.q); 0 once the residual is nothing.
 kernel void finish_alpha(global const accumulator *restrict partial, global accumulator *scalars) {
   local accumulator scratch[GROUP];

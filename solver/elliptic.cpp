@@ -250,4 +250,29 @@ EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, const E
   }
 }
 
+std::vector<double> EllipticSolver::iterate(const cl::Buffer& b, cl::Buffer& x, int cycles) {
+  Level& finest = levels_.front();
+  const int cells = static_cast<int>(finest.field_cells());
+  const std::size_t real = double_ ? sizeof(double) : sizeof(float),
+                    fields = static_cast<std::size_t>(fields_);
+  const cl::NDRange sums(static_cast<std::size_t>(chunks_), fields),
+      totals(static_cast<std::size_t>(group_) * fields);
+  const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(gpu_sum_group, 1) : cl::NDRange(1, 1);
+  const cl::NDRange totals_local(static_cast<std::size_t>(group_));
+  device_.queue().enqueueFillBuffer(x, cl_uchar{0}, 0, fields * finest.field_cells() * real);
+  launch("sum_source", sums, sums_local, cells, finest.inverse_diagonal, b, partial_);
+  launch("finish_source", totals, totals_local, partial_, scalars_);
+  std::vector<double> history;
+  for (int cycle = 0; cycle <= cycles; ++cycle) {
+    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x, scalars_,
+           finest.b, partial_);
+    launch("finish_residual", totals, totals_local, cl_int{1}, partial_, scalars_);
+    if (cycle > 0) history.push_back(relative_residual(0));
+    if (cycle == cycles) break;
+    v_cycle();
+    launch("add_correction", sums, sums_local, cells, finest.inverse_diagonal, finest.x, x);
+  }
+  return history;
+}
+
 }  // namespace cohort

@@ -68,6 +68,10 @@ class EllipticSolver {
     return solve(b, x, EllipticOptions{tolerance, max_iterations, check_every});
   }
 
+  /// |r| / |b| (largest of the right-hand sides) after each of `cycles` V-cycles alone, x += V (b - A x) from
+  /// zero: for looking at the multigrid itself.
+  std::vector<double> iterate(const cl::Buffer& b, cl::Buffer& x, int cycles);
+
   std::array<int, 3> cells() const { return levels_.front().cells; }
   std::size_t field_cells() const {
     return levels_.front().field_cells();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "solver/bidomain.hpp"
+#include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/simulation.hpp"
@@ -25,8 +27,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
                const PlanOptions& options) {
   check_given_step(scene);
   if (scene.activation_method != ActivationMethod::automatic &&
-      scene.activation_method != ActivationMethod::monodomain)
+      scene.activation_method != ActivationMethod::monodomain &&
+      scene.activation_method != ActivationMethod::bidomain)
     throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
+  const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
+  const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
+  if (forward && scene.torso == TorsoKind::unbounded)
+    throw std::invalid_argument("outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
@@ -59,7 +66,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   // A GPU is full with about two million cells; a CPU works through one heart at a time.
   constexpr std::size_t cells_that_fill_a_gpu = 2'000'000;
   constexpr int most_members = 64;
+  // Each member's elliptic solve fills a device by itself.
   plan.members_per_device = options.members_per_device;
+  if (plan.members_per_device <= 0 && (bidomain || forward)) plan.members_per_device = 1;
   if (plan.members_per_device <= 0) {
     const auto fitting = cells_that_fill_a_gpu / std::max<std::size_t>(plan.segments * Tissue::lanes, 1);
     plan.members_per_device = device.info().gpu ? std::clamp(static_cast<int>(fitting), 1, most_members) : 1;
@@ -81,7 +90,18 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
          Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
-  if (scene.ecg) {
+  module("bidomain", bidomain,
+         bidomain ? "electrophysiology.activation: extracellular potential of tissue and bath"
+                  : "the monodomain equation has no extracellular potential",
+         {"add_couplings", "bidomain_source", "gather_extracellular", "bidomain_diffusion"},
+         bidomain ? Bidomain::bytes(grid, batch, grid.size() * batch, scene.precision) : 0);
+  if (forward) {
+    const Torso torso(device, scene, 1);
+    module("torso", true, "outputs.ecg: a solve at every sample",
+           {"tissue_currents", "deposit_currents", "read_leads"},
+           ForwardEcg::bytes(stride, scene.precision) +
+               static_cast<std::size_t>(batch) * torso.bytes(base.values));
+  } else if (scene.ecg) {
     const Torso torso(device, scene);
     module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
            LeadWeights::bytes(stride, scene.precision) + torso.bytes(base.values));

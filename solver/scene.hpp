@@ -54,7 +54,11 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
-struct EcgRequest {};               ///< twelve leads
+/// Twelve leads: by lead fields, solved once, or by a solve of the torso at every sample.
+struct EcgRequest {
+  enum class Method { lead_field, forward };
+  Method method = Method::lead_field;
+};
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
 };

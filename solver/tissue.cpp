@@ -98,8 +98,8 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
   Definitions definitions = scene_definitions(scene, grid);
   if (holds == Holds::conductors) {
     definitions.generated += "#undef EXCITABLE_TABLE\n#define EXCITABLE_TABLE {";
-    for (const Region& region : scene.regions)
-      definitions.generated += region.excitable || region.bath ? "1," : "0,";
+    for (const Region& part : scene.regions)
+      definitions.generated += part.excitable || part.bath ? "1," : "0,";
     definitions.generated += "}\n";
   }
   std::vector<std::string> files = geometry_files(scene);

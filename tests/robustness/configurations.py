@@ -12,7 +12,7 @@ import h5py
 import numpy
 
 COARSE = ["grid.dx_mm=6", "time.end_ms=20", "campaign.members=2"]
-OTHERWISE = {"slab": ["grid.dx_mm=1", "time.end_ms=5"]}  # 3 mm thick
+OTHERWISE = {name: ["grid.dx_mm=1", "time.end_ms=5"] for name in ("slab", "bidomain")}  # 3 mm thick
 DONE = 3
 
 
