@@ -245,10 +245,9 @@ void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
                      fmt::format("outputs.ecg.leads is {}; there are 12 leads or none", *count));
     }
     if (Node* method = take(*ecg, "method"))
-      scene.ecg->method = read_word<EcgRequest::Method>(*method,
-                                                        {{"lead_field", EcgRequest::Method::lead_field},
-                                                         {"forward", EcgRequest::Method::forward}},
-                                                        scene.ecg->method, mistakes);
+      scene.ecg->method = read_word<EcgRequest::Method>(
+          *method, {{"lead_field", EcgRequest::Method::lead_field}, {"forward", EcgRequest::Method::forward}},
+          scene.ecg->method, mistakes);
   }
   const Node* activation_key = outputs.find("activation");
   if (Node* activation = take_map(outputs, "activation", mistakes)) {

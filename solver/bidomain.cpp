@@ -42,8 +42,8 @@ Bidomain::Bidomain(Launcher& launcher, const Scene& scene, const Definitions& de
       tolerance_(structural(scene, "electrophysiology.elliptic_tolerance")) {
   std::vector<std::string> options = definitions.options;
   options.push_back("WIDTH=" + std::to_string(width_));
-  const cl::Program program = launcher.device().build({"segments.clh", "diffusion.clh", "bidomain.cl"}, options,
-                                                      definitions.generated);
+  const cl::Program program = launcher.device().build({"segments.clh", "diffusion.clh", "bidomain.cl"},
+                                                      options, definitions.generated);
   add_couplings_ = launcher.handle(program, "add_couplings");
   source_ = launcher.handle(program, "bidomain_source");
   injected_source_ = launcher.handle(program, "injected_source");
@@ -57,9 +57,9 @@ std::size_t Bidomain::bytes(const Grid& grid, int members, std::int64_t stride, 
   for (const int n : grid.cells) padded *= static_cast<std::size_t>(n) + 2;
   const std::size_t real = real_bytes(precision), count = static_cast<std::size_t>(members);
   return Tissue::bytes(grid, members, stride, precision) + Diffusion::bytes(stride, precision) +
-         count * (4 * padded * real +
+         count * (6 * padded * real +
                   EllipticSolver::bytes(grid.cells, 1, precision == Precision::double_, Couplings::cross)) +
-         5 * static_cast<std::size_t>(stride) * real;
+         6 * static_cast<std::size_t>(stride) * real;
 }
 
 // The smallest box that holds what conducts of member m.
@@ -104,7 +104,7 @@ void Bidomain::assemble(const Tissue& tissue, Diffusion& diffusion, const Monodo
       *buffer = device.allocate(bytes);
       launcher_.queue().enqueueFillBuffer(*buffer, cl_uchar{0}, 0, bytes);
     }
-    scratch_[0] = scratch_[1] = cl::Buffer();
+    for (cl::Buffer& buffer : scratch_) buffer = cl::Buffer();
   }
   diffusion.assemble(conductor_, parameters, extracellular_offset_, 1.0, Diffusion::Use::layered,
                      conductor_stencil_);
@@ -127,20 +127,18 @@ void Bidomain::build_operators(const Tissue& tissue, const cl::Buffer& intracell
       boxes_[m] = {};
       box.solver = std::make_unique<EllipticSolver>(device, box.cells, 1,
                                                     scene_.precision == Precision::double_, Couplings::cross);
-      for (cl::Buffer* buffer : {&box.source, &box.potential, &box.before})
-        *buffer = device.allocate(box.solver->field_cells() * real);
+      for (cl::Buffer* buffer : box.fields()) *buffer = device.allocate(box.solver->field_cells() * real);
     }
     const std::size_t bytes = box.solver->field_cells() * real;
     cl::CommandQueue& queue = launcher_.queue();
-    for (const cl::Buffer* buffer : {&box.source, &box.potential, &box.before})
-      queue.enqueueFillBuffer(*buffer, cl_uchar{0}, 0, bytes);
+    for (const cl::Buffer* buffer : box.fields()) queue.enqueueFillBuffer(*buffer, cl_uchar{0}, 0, bytes);
     for (const cl::Buffer* buffer : {&box.solver->conductance(), &box.solver->cross()})
       queue.enqueueFillBuffer(*buffer, cl_uchar{0}, 0, 3 * bytes);
     const auto add = [&](const Tissue& cells, const cl::Buffer& stencil) {
       launcher_(add_couplings_, cl::NDRange(places_of(cells, m)), cl::NDRange(Tissue::group),
-                static_cast<double>(19 * real * places_of(cells, m)), cells.first_cell, cells.capacity, stencil,
-                box.solver->conductance(), box.solver->cross(), box.lower[0], box.lower[1], box.lower[2],
-                box.cells[0], box.cells[1], box.cells[2], cells.stride,
+                static_cast<double>(19 * real * places_of(cells, m)), cells.first_cell, cells.capacity,
+                stencil, box.solver->conductance(), box.solver->cross(), box.lower[0], box.lower[1],
+                box.lower[2], box.cells[0], box.cells[1], box.cells[2], cells.stride,
                 static_cast<int>(first_place(cells, m)));
     };
     add(conductor_, conductor_stencil_);
@@ -157,9 +155,11 @@ void Bidomain::build_operators(const Tissue& tissue, const cl::Buffer& intracell
 void Bidomain::initialise() {
   worst_residual_.assign(boxes_.size(), 0);
   for (Box& box : boxes_) {
-    launcher_.queue().enqueueFillBuffer(box.potential, cl_uchar{0}, 0,
-                                        box.solver->field_cells() * real_bytes(scene_.precision));
-    box.solved = 0;
+    for (Box::Track& track : box.tracks) {
+      launcher_.queue().enqueueFillBuffer(track.potential, cl_uchar{0}, 0,
+                                          box.solver->field_cells() * real_bytes(scene_.precision));
+      track.solved = 0;
+    }
   }
   stale_ = true;
 }
@@ -228,12 +228,14 @@ double Bidomain::injected_share(std::size_t m, double time_ms) const {
   return time_ms >= injected_ms_[m][0] && time_ms < injected_ms_[m][1] ? 1 : 0;
 }
 
+// phi_e of V at one stage of a step, and gathers it with V.
 void Bidomain::solve(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& V, double time_ms,
-                     bool next_step) {
+                     Stage stage, bool next_step) {
   Device& device = launcher_.device();
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   for (std::size_t m = 0; m < boxes_.size(); ++m) {
     Box& box = boxes_[m];
+    Box::Track& track = box.tracks[stage];
     const std::size_t cells = places_of(tissue, m), dense = box.solver->field_cells();
     const cl::Buffer& injected = injects_ ? box.injected : box.source;  // not read without a share
     const double share = injected_share(m, time_ms);
@@ -250,84 +252,115 @@ void Bidomain::solve(const Tissue& tissue, const Monodomain& monodomain, const c
               box.lower[2], box.cells[0], box.cells[1], box.cells[2], tissue.stride,
               static_cast<int>(first_place(tissue, m)), Real{share});
     if (next_step) {
-      if (box.solved >= 2)
+      if (track.solved >= 2)
         launcher_(extrapolate_, cl::NDRange(whole_groups(dense)), cl::NDRange(Tissue::group),
-                  4 * real * static_cast<double>(dense), box.potential, box.before, static_cast<int>(dense));
+                  4 * real * static_cast<double>(dense), track.potential, track.before,
+                  static_cast<int>(dense));
       else
-        launcher_.queue().enqueueCopyBuffer(box.potential, box.before, 0, 0,
+        launcher_.queue().enqueueCopyBuffer(track.potential, track.before, 0, 0,
                                             dense * real_bytes(scene_.precision));
-      box.solved = std::min(box.solved + 1, 2);
+      track.solved = std::min(track.solved + 1, 2);
     }
-    if (&launcher_.queue() != &device.queue()) launcher_.queue().finish();
+    const bool own_queue = &launcher_.queue() != &device.queue();
+    if (own_queue) launcher_.queue().finish();
     EllipticOptions options{tolerance_};
     options.max_iterations = most_iterations;
     options.check_every = 1;
     options.from_given = true;
     options.floor = scene_.precision == Precision::single_ ? single_precision_floor : 0;
     options.verify = false;
-    const EllipticResult result = box.solver->solve(box.source, box.potential, options);
-    if (&launcher_.queue() != &device.queue()) device.queue().finish();
+    const EllipticResult result = box.solver->solve(box.source, track.potential, options);
+    if (own_queue) device.queue().finish();
     ++solves_;
     iterations_ += result.iterations;
     if (!(result.relative_residual <= worst_residual_[m])) worst_residual_[m] = result.relative_residual;
   }
-  gather(tissue, V);
 }
 
-void Bidomain::gather(const Tissue& tissue, const cl::Buffer& V) {
+// The potentials of both spaces, phi_e and V + phi_e, from the solution of a stage.
+void Bidomain::gather(const Tissue& tissue, const cl::Buffer& V, Stage stage) {
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   for (std::size_t m = 0; m < boxes_.size(); ++m) {
     const Box& box = boxes_[m];
     const std::size_t cells = places_of(tissue, m);
     launcher_(gather_, cl::NDRange(cells), cl::NDRange(Tissue::group), 5 * real * static_cast<double>(cells),
-              box.potential, V, tissue.capacity, tissue.first_cell, extracellular_, intracellular_, box.lower[0],
-              box.lower[1], box.lower[2], box.cells[0], box.cells[1], box.cells[2],
-              static_cast<int>(first_place(tissue, m)));
+              box.tracks[stage].potential, V, tissue.capacity, tissue.first_cell, extracellular_,
+              intracellular_, box.lower[0], box.lower[1], box.lower[2], box.cells[0], box.cells[1],
+              box.cells[2], static_cast<int>(first_place(tissue, m)));
   }
 }
 
-// V after dt_ms of diffusion beside a phi_e that stays. Frozen for all substeps, phi_e cannot make them
-// unstable: phi_e = -K V with the eigenvalues of K between 0 and 1, so that a mode of L_i that alone falls by
-// the factor a falls by a + (1 - a) k.
-void Bidomain::diffuse(const Tissue& tissue, Monodomain& monodomain, double dt_ms, const cl::Buffer& to) {
-  const int substeps = monodomain.substeps();
-  const cl::Buffer* from = &intracellular_;
-  for (int substep = 1; substep < substeps; ++substep) {
-    cl::Buffer& next = scratch_[substep % 2];
-    if (next() == nullptr) {
-      const auto bytes = static_cast<std::size_t>(capacity_) * real_bytes(scene_.precision);
-      next = launcher_.device().allocate(bytes);
-      launcher_.queue().enqueueFillBuffer(next, cl_uchar{0}, 0, bytes);
-    }
-    monodomain.diffuse(tissue, *from, next, dt_ms / substeps);
-    from = &next;
+const cl::Buffer& Bidomain::scratch(std::size_t which) {
+  cl::Buffer& buffer = scratch_[which];
+  if (buffer() == nullptr) {
+    const auto bytes = static_cast<std::size_t>(capacity_) * real_bytes(scene_.precision);
+    buffer = launcher_.device().allocate(bytes);
+    launcher_.queue().enqueueFillBuffer(buffer, cl_uchar{0}, 0, bytes);
   }
+  return buffer;
+}
+
+// to = base + dt_ms L_i stage - phi_e, the potentials that are gathered.
+void Bidomain::last_stage(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& stage,
+                          const cl::Buffer& base, double dt_ms, const cl::Buffer& to) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(diffusion_, cl::NDRange(cells / static_cast<std::size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<std::size_t>(width_)),
-            static_cast<double>(cells) * (10 * real + 4), *from, extracellular_, to, monodomain.stencil(),
-            tissue.inverse_capacity, tissue.neighbours, tissue.stride, Real{dt_ms / substeps});
+            static_cast<double>(cells) * (11 * real + 4), stage, base, extracellular_, to,
+            monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours, tissue.stride, Real{dt_ms});
+}
+
+// V after dt_ms / 2 beside the phi_e that is gathered, to first order.
+void Bidomain::half_step(const Tissue& tissue, Monodomain& monodomain, double dt_ms, const cl::Buffer& to) {
+  const int substeps = (monodomain.substeps() + 1) / 2;
+  const cl::Buffer* from = &intracellular_;
+  for (int substep = 1; substep < substeps; ++substep) {
+    const cl::Buffer& next = scratch(static_cast<std::size_t>(substep % 2));
+    monodomain.diffusion_stage(tissue, *from, *from, next, 0.5 * dt_ms / substeps);
+    from = &next;
+  }
+  last_stage(tissue, monodomain, *from, *from, 0.5 * dt_ms / substeps, to);
 }
 
 void Bidomain::advance(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,
                        double time_ms, bool first) {
-  if (stale_) solve(tissue, monodomain, monodomain.potential(), time_ms, true);
-  diffuse(tissue, monodomain, (first ? 0.5 : 1.0) * monodomain.dt_ms(), diffused_);
+  const double dt_ms = (first ? 0.5 : 1.0) * monodomain.dt_ms();
+  if (stale_) {
+    solve(tissue, monodomain, monodomain.potential(), time_ms, at_start, true);
+    gather(tissue, monodomain.potential(), at_start);
+  }
+  half_step(tissue, monodomain, dt_ms, diffused_);
+  solve(tissue, monodomain, diffused_, time_ms, at_middle, true);
+  gather(tissue, monodomain.potential(), at_middle);
+  const int substeps = monodomain.substeps();
+  const cl::Buffer* from = &intracellular_;
+  for (int substep = 1; substep < substeps; ++substep) {
+    const cl::Buffer& next = scratch(static_cast<std::size_t>(substep % 2));
+    monodomain.diffuse(tissue, *from, next, dt_ms / substeps);
+    from = &next;
+  }
+  const cl::Buffer& stage = scratch(2);
+  monodomain.diffusion_stage(tissue, *from, *from, stage, 0.5 * dt_ms / substeps);
+  last_stage(tissue, monodomain, stage, *from, dt_ms / substeps, diffused_);
   monodomain.react(tissue, parameters, time_ms, diffused_);
   stale_ = true;
 }
 
 const cl::Buffer& Bidomain::closed_potential(const Tissue& tissue, Monodomain& monodomain, double time_ms) {
-  if (stale_) solve(tissue, monodomain, monodomain.potential(), time_ms, true);
+  if (stale_) {
+    solve(tissue, monodomain, monodomain.potential(), time_ms, at_start, true);
+    gather(tissue, monodomain.potential(), at_start);
+  }
   stale_ = false;
-  diffuse(tissue, monodomain, 0.5 * monodomain.dt_ms(), diffused_);
+  half_step(tissue, monodomain, monodomain.dt_ms(), diffused_);
   return diffused_;
 }
 
 const cl::Buffer& Bidomain::extracellular(const Tissue& tissue, const Monodomain& monodomain,
                                           const cl::Buffer& V, double time_ms) {
-  solve(tissue, monodomain, V, time_ms, false);
+  solve(tissue, monodomain, V, time_ms, at_start, false);
+  gather(tissue, V, at_start);
   stale_ = true;
   return extracellular_;
 }
@@ -335,7 +368,7 @@ const cl::Buffer& Bidomain::extracellular(const Tissue& tissue, const Monodomain
 std::vector<double> Bidomain::potential_of_conductor(std::size_t m) const {
   const Box& box = boxes_[m];
   std::vector<std::byte> raw(box.solver->field_cells() * real_bytes(scene_.precision));
-  launcher_.queue().enqueueReadBuffer(box.potential, CL_TRUE, 0, raw.size(), raw.data());
+  launcher_.queue().enqueueReadBuffer(box.tracks[at_start].potential, CL_TRUE, 0, raw.size(), raw.data());
   const std::vector<double> dense = unpack(raw, scene_.precision);
   const auto& [nx, ny, nz] = conductor_.grid().cells;
   std::vector<double> result;

@@ -11,8 +11,8 @@
 namespace cohort {
 
 /// The bidomain equations (kernels/bidomain.cl) around the cell model and the states of a Monodomain, whose
-/// operator is then that of the intracellular conductivity. The extracellular potential is held in one box for
-/// each member, over tissue and bath.
+/// operator is then that of the intracellular conductivity. The extracellular potential is held in one box
+/// for each member, over tissue and bath.
 class Bidomain {
  public:
   Bidomain(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
@@ -24,7 +24,8 @@ class Bidomain {
   /// Forgets the extracellular potential, after monodomain.initialise().
   void initialise();
 
-  /// One step from time_ms: phi_e of the potential, diffusion (half a step when `first`) with it, reaction.
+  /// One step from time_ms: diffusion (half a step when `first`) by the midpoint rule with a phi_e of each of
+  /// its stages, then reaction.
   void advance(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters, double time_ms,
                bool first);
   /// The potential with the splitting closed, for looking; the solution stays as it is.
@@ -58,15 +59,26 @@ class Bidomain {
   struct Box {
     std::array<int, 3> lower, cells;
     std::unique_ptr<EllipticSolver> solver;
-    cl::Buffer source, potential, before, injected;
-    int solved = 0;  ///< since initialise(), up to 2
+    cl::Buffer source, injected;
+    struct Track {
+      cl::Buffer potential, before;  ///< the last two solutions
+      int solved = 0;                ///< since initialise(), up to 2
+    };
+    Track tracks[2];  ///< of the stages of a step
     double share = 0;
+    std::array<cl::Buffer*, 5> fields() {
+      return {&source, &tracks[0].potential, &tracks[0].before, &tracks[1].potential, &tracks[1].before};
+    }
   };
   Box box_of(std::size_t m) const;
+  enum Stage { at_start, at_middle };
   void solve(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& V, double time_ms,
-             bool next_step);
-  void gather(const Tissue& tissue, const cl::Buffer& V);
-  void diffuse(const Tissue& tissue, Monodomain& monodomain, double dt_ms, const cl::Buffer& to);
+             Stage stage, bool next_step);
+  void gather(const Tissue& tissue, const cl::Buffer& V, Stage stage);
+  void last_stage(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& stage,
+                  const cl::Buffer& base, double dt_ms, const cl::Buffer& to);
+  void half_step(const Tissue& tissue, Monodomain& monodomain, double dt_ms, const cl::Buffer& to);
+  const cl::Buffer& scratch(std::size_t which);
   void boundary_current(std::span<const Member> members);
   double injected_share(std::size_t m, double time_ms) const;
 
@@ -82,7 +94,7 @@ class Bidomain {
   bool stale_ = true;
   std::int64_t solves_ = 0, iterations_ = 0;
   std::vector<double> worst_residual_;
-  cl::Buffer conductor_stencil_, extracellular_, intracellular_, diffused_, scratch_[2];
+  cl::Buffer conductor_stencil_, extracellular_, intracellular_, diffused_, scratch_[3];
   Launcher::Handle add_couplings_, source_, injected_source_, extrapolate_, gather_, diffusion_;
 };
 

@@ -21,7 +21,7 @@ struct RegionParameters {
   int extracellular_offset;  ///< bidomain only
   std::vector<int> slot;     ///< by region; -1 where not excitable
   std::vector<int> bath;     ///< by region: its bath's conductivity, or -1
-  int cell_first;         ///< index of the cell model's first own parameter
+  int cell_first;            ///< index of the cell model's first own parameter
 };
 RegionParameters region_parameters(const Scene& scene, const CellModel& model);
 

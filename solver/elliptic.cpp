@@ -211,8 +211,8 @@ EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, const E
   for (int restart = 0;; ++restart) {
     launch("sum_source", sums, sums_local, cells, finest.inverse_diagonal, b, partial_);
     launch("finish_source", totals, totals_local, partial_, scalars_);
-    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x, scalars_,
-           finest.b, partial_);
+    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x,
+           scalars_, finest.b, partial_);
     launch("finish_residual", totals, totals_local, cl_int{1}, partial_, scalars_);
     double carried = 1;
     if (restart == 0 && options.from_given) {
@@ -231,8 +231,8 @@ EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, const E
       v_cycle();
       launch("sum_preconditioned", sums, sums_local, cells, finest.b, finest.x, partial_);
       launch("finish_beta", totals, totals_local, partial_, scalars_);
-      launch("search_direction", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, finest.x,
-             p_before_, scalars_, p_, q_, partial_);
+      launch("search_direction", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal,
+             finest.x, p_before_, scalars_, p_, q_, partial_);
       launch("finish_alpha", totals, totals_local, partial_, scalars_);
       launch("update", sums, sums_local, cells, p_, q_, scalars_, x, finest.b, partial_);
       std::swap(p_, p_before_);
@@ -264,8 +264,8 @@ std::vector<double> EllipticSolver::iterate(const cl::Buffer& b, cl::Buffer& x, 
   launch("finish_source", totals, totals_local, partial_, scalars_);
   std::vector<double> history;
   for (int cycle = 0; cycle <= cycles; ++cycle) {
-    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x, scalars_,
-           finest.b, partial_);
+    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x,
+           scalars_, finest.b, partial_);
     launch("finish_residual", totals, totals_local, cl_int{1}, partial_, scalars_);
     if (cycle > 0) history.push_back(relative_residual(0));
     if (cycle == cycles) break;

@@ -19,17 +19,18 @@ struct EllipticResult {
 struct EllipticOptions {
   double tolerance;  ///< of |r| / |b|
   int max_iterations = 40;
-  int check_every = 2;      ///< iterations between two looks at the residual, for each of which the host waits
-  bool from_given = false;  ///< starts from the x that is there, not from zero, and looks at its residual first
-  double floor = 0;         ///< root mean square of b over its cells below which |b| counts as that much
-  bool verify = true;       ///< recomputes the residual from x at the end and goes on where it has drifted
+  int check_every = 2;  ///< iterations between two looks at the residual, for each of which the host waits
+  bool from_given =
+      false;           ///< starts from the x that is there, not from zero, and looks at its residual first
+  double floor = 0;    ///< root mean square of b over its cells below which |b| counts as that much
+  bool verify = true;  ///< recomputes the residual from x at the end and goes on where it has drifted
 };
 
 /// What the operator couples.
 enum class Couplings {
   faces,  ///< six neighbours by the conductances of faces
-  cross,  ///< twelve more across the diagonals of plaquettes, in conjugate gradients alone: the V-cycle, which
-          ///< has the faces only, remains a preconditioner of an equivalent spectrum
+  cross,  ///< twelve more across the diagonals of plaquettes, in conjugate gradients alone: the V-cycle,
+          ///< which has the faces only, remains a preconditioner of an equivalent spectrum
 };
 
 /// div(sigma grad x) = -b with an insulated boundary on a uniform grid, for several right-hand sides at once:
@@ -59,9 +60,9 @@ class EllipticSolver {
   void prepare();
 
   /// Solves for x until the residual that the iteration carries is at most tolerance |b| for each right-hand
-  /// side and the recomputed one at most ten times that (single precision rounds x to about 2e-6), or gives up
-  /// after max_iterations; the result says which. The host waits only for a residual after each `check_every`
-  /// iterations.
+  /// side and the recomputed one at most ten times that (single precision rounds x to about 2e-6), or gives
+  /// up after max_iterations; the result says which. The host waits only for a residual after each
+  /// `check_every` iterations.
   EllipticResult solve(const cl::Buffer& b, cl::Buffer& x, const EllipticOptions& options);
   EllipticResult solve(const cl::Buffer& b, cl::Buffer& x, double tolerance, int max_iterations = 40,
                        int check_every = 2) {

@@ -152,9 +152,9 @@ void ForwardEcg::sample(const Tissue& tissue, const cl::Buffer& V, const cl::Buf
     if (heart.nodes == 0) continue;
     const auto nodes = static_cast<std::size_t>(heart.nodes);
     launcher_(deposit_, cl::NDRange((nodes + Tissue::group - 1) / Tissue::group * Tissue::group),
-              cl::NDRange(Tissue::group), corners * (2 * real + 4) * static_cast<double>(tissue.tissue_cells[m]),
-              heart.node, heart.start, heart.from, heart.share, current_, heart.source, heart.nodes,
-              Real{heart.inverse_conductivity});
+              cl::NDRange(Tissue::group),
+              corners * (2 * real + 4) * static_cast<double>(tissue.tissue_cells[m]), heart.node, heart.start,
+              heart.from, heart.share, current_, heart.source, heart.nodes, Real{heart.inverse_conductivity});
     const bool own_queue = &launcher_.queue() != &device.queue();
     if (own_queue) launcher_.queue().finish();
     EllipticOptions options{tolerance};

@@ -30,13 +30,16 @@ class Monodomain {
 
   /// The reaction alone of a step from time_ms, on the potential `diffused` that the caller has diffused.
   void react(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& diffused);
-  /// to = from + dt div(D grad from).
+  /// A step of diffusion alone, from != to.
   void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
 
   /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays
   /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
   int substeps() const { return substeps_; }
+  /// to = base + dt_ms L stage on the tissue's cells; potentials (stride).
+  void diffusion_stage(const Tissue& tissue, const cl::Buffer& stage, const cl::Buffer& base,
+                       const cl::Buffer& to, double dt_ms);
 
   /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.
   const cl::Buffer& potential() const { return potential_[current_]; }
@@ -50,12 +53,13 @@ class Monodomain {
 
   /// Device bytes for `stride` compact cells, at most.
   static std::size_t bytes(const Scene& scene, std::int64_t stride);
-  /// Least bytes that one step moves for each cell.
+  /// Least bytes that one step's last launch, and a stage of diffusion, move for each cell.
   double bytes_per_cell_step() const;
+  double bytes_per_cell_stage() const;
 
  private:
-  void step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& from,
-            const cl::Buffer& before, double dt_diffusion);
+  void step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& stage,
+            const cl::Buffer& base, const cl::Buffer& before, double dt_diffusion);
   void choose_fields(std::span<const Member> members);
 
   Launcher& launcher_;
@@ -76,8 +80,9 @@ class Monodomain {
 
   cl::Buffer potential_[2], states_, stencil_, derived_, derived_fields_, fastest_rate_buffer_, activation_,
       stimulated_by_, stimuli_buffer_;
-  cl::Buffer scratch_;  ///< potential at the start of a step and while it is closed; with substeps only
-  int scratch_capacity_ = 0;
+  cl::Buffer stage_;   ///< first stage of a diffusion step
+  cl::Buffer before_;  ///< potential at the start of a step and while it is closed; with substeps only
+  int before_capacity_ = 0;
   struct Kernels {
     Launcher::Handle derive, initialise, step, stimulated_step, diffusion_step;
   };

@@ -16,8 +16,8 @@ class Recorder {
            int samples);
 
   void prepare(const Tissue& tissue);
-  /// Enqueues sample number `slot` of the current half of the buffer. closed: the potential with the splitting
-  /// closed, where the caller has it.
+  /// Enqueues sample number `slot` of the current half of the buffer. closed: the potential with the
+  /// splitting closed, where the caller has it.
   void sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot,
               const cl::Buffer* closed = nullptr);
   /// The current half: (samples, members, quantities). Leads that are not weighted sums are the caller's to

@@ -141,7 +141,8 @@ bool Simulation::State::in_torso(std::size_t m, const Member& member) {
 
 // Why member m cannot run; empty when it can.
 std::string Simulation::State::defect(std::size_t m, const Member& member) {
-  if (tissue.touches_boundary[m] || (bidomain && bidomain->conductor().touches_boundary[m])) return "the tissue leaves the grid";
+  if (tissue.touches_boundary[m] || (bidomain && bidomain->conductor().touches_boundary[m]))
+    return "the tissue leaves the grid";
   std::vector<bool> present(scene.regions.size(), false);
   std::uint8_t stimulated = 0;
   const auto begin =

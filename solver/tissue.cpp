@@ -67,8 +67,8 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
     slot += std::to_string(regions.slot[r]) + ",";
     bath += std::to_string(regions.bath[r]) + ",";
   }
-  result.generated =
-      parameter_macros(scene.parameters) + slot + "};\n" + bath + "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
+  result.generated = parameter_macros(scene.parameters) + slot + "};\n" + bath +
+                     "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
   const auto define = [&](const std::string& name, int value) {
     result.options.push_back(name + "=" + std::to_string(value));
   };

@@ -298,8 +298,8 @@ void Torso::solve(const std::vector<double>& values) {
                   static_cast<std::size_t>(fields_.extent[2] * electrodes)));
 }
 
-/// Ellipsoids of another conductivity, from the first on: centre and semi-axes in cells of the buffer, and the
-/// ratio of their conductivity to the torso's; none whose ratio is one.
+/// Ellipsoids of another conductivity, from the first on: centre and semi-axes in cells of the buffer, and
+/// the ratio of their conductivity to the torso's; none whose ratio is one.
 std::vector<double> Torso::inclusions(const std::vector<double>& values, const Box& grid) const {
   std::vector<double> result;
   for (const char* name : inclusion_names) {

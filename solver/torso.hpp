@@ -87,7 +87,8 @@ class Torso {
   std::vector<std::string> definitions() const;
 
   int solves() const { return solves_; }  ///< how often fields() had to solve
-  /// The solver with this torso's conductances (for 1 mS/mm), after fields() or set_up(). Not for `unbounded`.
+  /// The solver with this torso's conductances (for 1 mS/mm), after fields() or set_up(). Not for
+  /// `unbounded`.
   EllipticSolver& solver() { return *solver_; }
   /// Moving least squares weights that inject and read at the electrodes, (9, 4, 4, 4) real over cells (z, y,
   /// x), and the first cell (x, y, z) of each window in the buffer, (9, 3) int.

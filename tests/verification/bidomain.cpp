@@ -1,5 +1,5 @@
-// Exact solutions of the bidomain equations: Pathmanathan & Gray's with and without a bath, and oblique, unequal
-// anisotropy against a potential made for it.
+// Exact solutions of the bidomain equations: Pathmanathan & Gray's with and without a bath, and oblique,
+// unequal anisotropy against a potential made for it.
 #include "solver/bidomain.hpp"
 
 #include <cmath>
@@ -28,8 +28,7 @@ double norm(const std::vector<double>& error, bool less_mean) {
 
 // A slab with the bidomain solver on it.
 struct Conductor {
-  Conductor(Slab& slab_)
-      : slab(slab_), bidomain(*slab.launcher, slab.scene, slab.definitions, slab.grid, 1) {
+  Conductor(Slab& slab_) : slab(slab_), bidomain(*slab.launcher, slab.scene, slab.definitions, slab.grid, 1) {
     bidomain.assemble(*slab.tissue, *slab.diffusion, *slab.monodomain, slab.parameters,
                       std::span<const Member>(&slab.member, 1));
   }
@@ -61,8 +60,7 @@ std::vector<double> run_to_1(Slab& slab, Bidomain& bidomain, double dt, const F&
   slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
   bidomain.initialise();
   slab.write(slab.monodomain->potential(), slab.field([&](auto... p) { return f(p...) + shift(p...); }));
-  slab.write(slab.monodomain->states(),
-             slab.field([&](auto... p) { return g(p...) + f(p...); }, 1));
+  slab.write(slab.monodomain->states(), slab.field([&](auto... p) { return g(p...) + f(p...); }, 1));
   slab.write(slab.monodomain->states(), slab.field([&](auto... p) { return 1 / std::sqrt(g(p...)); }, 1),
              stride);
   slab.write(slab.monodomain->states(), slab.field(shift), 2 * stride);  // u3 = V - sqrt(1+t) F
@@ -235,8 +233,9 @@ TEST(PathmanathanGrayBath, ConvergesWithSecondOrder) {
   expect_second_order("bath", errors, refinements);
 }
 
-// phi = B and V = 2 B', bumps whose gradients vanish on the faces of the unit cube, in tensors of unequal anisotropy
-// along (1, 1, 1) and (1, -1, 2): the current that they need is injected. div(sigma grad B) is exact.
+// phi = B and V = 2 B', bumps whose gradients vanish on the faces of the unit cube, in tensors of unequal
+// anisotropy along (1, 1, 1) and (1, -1, 2): the current that they need is injected. div(sigma grad B) is
+// exact.
 TEST(UnequalAnisotropy, ExtracellularPotentialIsSecondOrder) {
   using Tensor = std::array<double, 6>;
   const auto tensor = [](double along, double across, std::array<double, 3> f) {
@@ -291,18 +290,17 @@ TEST(UnequalAnisotropy, ExtracellularPotentialIsSecondOrder) {
     for (std::size_t i = 0; i < current.size(); ++i) {
       if (bidomain.conductor().regions[i] == 255) continue;
       const std::array<double, 3> p = bidomain.conductor().centre(i);
-      current[i] = -diffused(sigma_i, p, of_phi) - diffused(sigma_e, p, of_phi) - 2 * diffused(sigma_i, p, of_V);
+      current[i] =
+          -diffused(sigma_i, p, of_phi) - diffused(sigma_e, p, of_phi) - 2 * diffused(sigma_i, p, of_V);
     }
     bidomain.inject(current);
     const cl::Buffer V = device().allocate(static_cast<std::size_t>(slab.tissue->stride) * sizeof(double));
     slab.write(V, slab.field([&](double x, double y, double z) { return 2 * bump({x, y, z}, of_V); }));
-    const std::vector<double> phi =
-        slab.read(bidomain.extracellular(*slab.tissue, *slab.monodomain, V, 0.5),
-                  static_cast<std::size_t>(slab.tissue->stride));
+    const std::vector<double> phi = slab.read(bidomain.extracellular(*slab.tissue, *slab.monodomain, V, 0.5),
+                                              static_cast<std::size_t>(slab.tissue->stride));
     std::vector<double> errors;
-    slab.each_cell([&](std::size_t i, const std::array<double, 3>& p) {
-      errors.push_back(phi[i] - bump(p, of_phi));
-    });
+    slab.each_cell(
+        [&](std::size_t i, const std::array<double, 3>& p) { errors.push_back(phi[i] - bump(p, of_phi)); });
     const double error = norm(errors, true);
     std::printf("oblique  1/%d  error %.3e  V-cycles %lld", cells, error,
                 static_cast<long long>(bidomain.iterations()));

@@ -1,5 +1,6 @@
-// The ECG by lead fields against the ECG by a solve of the torso at every sample, over a beat of the default heart: two
-// ways that share neither the grid of the torso, nor the transfer between heart and torso, nor what is solved for.
+// The ECG by lead fields against the ECG by a solve of the torso at every sample, over a beat of the default
+// heart: two ways that share neither the grid of the torso, nor the transfer between heart and torso, nor
+// what is solved for.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,12 +14,14 @@ namespace {
 
 // (leads, samples) mV of the heart of configs/heart.yaml, coarse, in a torso a little smaller.
 std::vector<float> ecg(const std::string& method, double torso_dx_mm, std::size_t& samples) {
-  const auto number = [](const char* key, double value) { return key + std::string("=") + std::to_string(value); };
-  const Campaign campaign = read_campaign(
-      COHORT_SOURCE_DIR "/configs/heart.yaml",
-      {"grid.dx_mm=3", "time.end_ms=600", "outputs.ecg.rate_hz=200", "torso.half_width_mm=140",
-       "torso.half_depth_mm=120", "torso.lower_mm=-160", "torso.upper_mm=150", "outputs.ecg.method=" + method,
-       number("torso.dx_mm", torso_dx_mm)});
+  const auto number = [](const char* key, double value) {
+    return key + std::string("=") + std::to_string(value);
+  };
+  const Campaign campaign =
+      read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml",
+                    {"grid.dx_mm=3", "time.end_ms=600", "outputs.ecg.rate_hz=200", "torso.half_width_mm=140",
+                     "torso.half_depth_mm=120", "torso.lower_mm=-160", "torso.upper_mm=150",
+                     "outputs.ecg.method=" + method, number("torso.dx_mm", torso_dx_mm)});
   Member member{0, campaign.scene.parameters.values()};
   campaign.scene.parameters.resolve(member.values);
   const Plan plan = make_plan(device(), campaign.scene, {&member, 1}, {});

@@ -1,5 +1,5 @@
-// Convergence of the multigrid-preconditioned solver over dx on the torso, homogeneous and with tenfold jumps of
-// conductivity.
+// Convergence of the multigrid-preconditioned solver over dx on the torso, homogeneous and with tenfold jumps
+// of conductivity.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,9 +17,9 @@ struct Medium {
 };
 
 struct Reduction {
-  int iterations;      ///< to the tolerance
-  double in_solver;    ///< average factor by which one V-cycle and its step of conjugate gradients reduce |r|
-  double bare;         ///< the same for V-cycles alone, over the last of them
+  int iterations;    ///< to the tolerance
+  double in_solver;  ///< average factor by which one V-cycle and its step of conjugate gradients reduce |r|
+  double bare;       ///< the same for V-cycles alone, over the last of them
 };
 
 Reduction reduction(Device& device, double dx, const Medium& medium, double tolerance) {
@@ -29,7 +29,8 @@ Reduction reduction(Device& device, double dx, const Medium& medium, double tole
   declare_torso(scene.parameters, scene.torso);
   scene.parameters[scene.parameters.index("torso.dx_mm")].value = dx;
   for (const auto& [name, ratio] : medium.ratios)
-    scene.parameters[scene.parameters.index("torso.inclusions." + name + ".conductivity_ratio")].value = ratio;
+    scene.parameters[scene.parameters.index("torso.inclusions." + name + ".conductivity_ratio")].value =
+        ratio;
   Torso torso(device, scene, 1);
   torso.set_up(scene.parameters.values());
   EllipticSolver& solver = torso.solver();
@@ -38,8 +39,9 @@ Reduction reduction(Device& device, double dx, const Medium& medium, double tole
   // A current at the front of the chest, as of V2, into the cell that holds it.
   const Point electrode = {22, -116, 10};
   std::vector<double> source(solver.field_cells());
-  const std::size_t steps[3] = {1, static_cast<std::size_t>(grid.extent[0]),
-                                static_cast<std::size_t>(grid.extent[0]) * static_cast<std::size_t>(grid.extent[1])};
+  const std::size_t steps[3] = {
+      1, static_cast<std::size_t>(grid.extent[0]),
+      static_cast<std::size_t>(grid.extent[0]) * static_cast<std::size_t>(grid.extent[1])};
   std::size_t at = 0;
   for (std::size_t i = 0; i < 3; ++i)
     at += steps[i] * static_cast<std::size_t>(std::lround((electrode[i] - grid.origin_mm[i]) / dx));
