@@ -143,6 +143,19 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
                                  2 * launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;
+  // What one V-cycle and its step of conjugate gradients move and launch; the numbers of V-cycles are those
+  // of configs/bidomain.yaml and of the forward ECG's test.
+  constexpr double reals_per_cell = 60, launches = 50, cycles_per_step = 6, cycles_per_sample = 6;
+  const auto cycle_s = [&](std::size_t cells) {
+    return std::max(reals_per_cell * static_cast<double>(cells * real_bytes(scene.precision)) /
+                        (share_of_triad * device.triad_GB_per_s() * 1e9),
+                    launches * launch_s);
+  };
+  if (bidomain)
+    plan.seconds_per_member += plan.steps * cycles_per_step * cycle_s(static_cast<std::size_t>(grid.size()));
+  if (forward)
+    plan.seconds_per_member += end_ms / sampling_interval_ms(scene) * cycles_per_sample *
+                               cycle_s(Torso(device, scene, 1).cells(base.values));
   return plan;
 }
 

@@ -210,6 +210,12 @@ bool Torso::holds(std::span<const Point> places_mm, const std::vector<double>& v
   });
 }
 
+std::size_t Torso::cells(const std::vector<double>& values) const {
+  const std::array<int, 3> extent = box(values).cells;
+  return static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
+         static_cast<std::size_t>(extent[2]);
+}
+
 std::size_t Torso::bytes(const std::vector<double>& values) const {
   if (kind_ == TorsoKind::unbounded) return 64;
   const Box grid = box(values);

@@ -81,6 +81,8 @@ class Torso {
   /// Whether all places, in the torso's frame, lie inside the torso of these values.
   bool holds(std::span<const Point> places_mm, const std::vector<double>& values) const;
 
+  /// Cells of the grid of these values.
+  std::size_t cells(const std::vector<double>& values) const;
   /// Device memory that fields(values) will take, in bytes; allocates nothing.
   std::size_t bytes(const std::vector<double>& values) const;
   /// Definitions (-D) that lead_field.clh needs.
