@@ -34,7 +34,9 @@ std::string geometry(const Scene& scene) {
                         fmt::join(shape.operands, " "));
   for (const Region& region : scene.regions)
     text += fmt::format("region {} shape \"{}\" {} fibres {}\n", region.name, region.shape,
-                        region.excitable ? "excitable" : "insulating",
+                        region.excitable ? "excitable"
+                        : region.bath    ? "bath"
+                                         : "insulating",
                         word(region.fibres, {"none", "constant", "transmural"}));
   return text;
 }
@@ -42,6 +44,15 @@ std::string geometry(const Scene& scene) {
 std::string physics(const Scene& scene) {
   std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
                                  word(scene.precision, {"single", "double"}));
+  for (const auto& [region, model] : scene.region_cell_models)
+    text += fmt::format("cell_model {} in {}\n", model, region);
+  if (!scene.heterogeneity.parameters.empty())
+    text += fmt::format("heterogeneity [{}] in [{}]\n", fmt::join(scene.heterogeneity.parameters, " "),
+                        fmt::join(scene.heterogeneity.regions, " "));
+  if (scene.activation_method != ActivationMethod::automatic)
+    text += fmt::format("activation method {}\n",
+                        word(scene.activation_method,
+                             {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
                         word(stimulus.kind, {"box", "sphere", "site"}), stimulus.site);
@@ -52,7 +63,8 @@ std::string physics(const Scene& scene) {
 std::string outputs(const Scene& scene) {
   std::string text;
   if (scene.ecg)
-    text += fmt::format("ecg torso {}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}));
+    text += fmt::format("ecg torso {}{}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}),
+                        word(scene.ecg->method, {"", " forward"}));
   if (scene.activation) text += fmt::format("activation [{}]\n", fmt::join(scene.activation->probes, " "));
   return text;
 }

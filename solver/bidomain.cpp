@@ -37,7 +37,7 @@ Bidomain::Bidomain(Launcher& launcher, const Scene& scene, const Definitions& de
     : launcher_(launcher),
       scene_(scene),
       conductor_(launcher, scene, grid, members_per_batch, Tissue::Holds::conductors),
-      extracellular_offset_(region_parameters(scene, read_cell_model(scene.cell_model)).extracellular_offset),
+      extracellular_offset_(region_parameters(scene).extracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
       tolerance_(structural(scene, "electrophysiology.elliptic_tolerance")) {
   std::vector<std::string> options = definitions.options;

@@ -17,7 +17,7 @@ constexpr int corners = 8;
 ForwardEcg::ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions, int)
     : launcher_(launcher),
       scene_(scene),
-      intracellular_offset_(region_parameters(scene, read_cell_model(scene.cell_model)).intracellular_offset),
+      intracellular_offset_(region_parameters(scene).intracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   std::vector<std::string> options = definitions.options;
   options.push_back("WIDTH=" + std::to_string(width_));

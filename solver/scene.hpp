@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,6 +55,13 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
+/// Cell parameters that vary through the wall: each has slopes electrophysiology.heterogeneity.<name>.<basis>
+/// (solver/heterogeneity.hpp).
+struct Heterogeneity {
+  std::vector<std::string> parameters;  ///< names of cell parameters; empty: none varies
+  std::vector<std::string> regions;     ///< where they vary; empty: as heterogeneous_regions() says
+};
+
 /// Twelve leads: by lead fields, solved once, or by a solve of the torso at every sample.
 struct EcgRequest {
   enum class Method { lead_field, forward };
@@ -70,6 +78,9 @@ struct Scene {
   std::vector<Shape> shapes;                      ///< geometry `shapes`
   std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
+  std::map<std::string, std::string>
+      region_cell_models;  ///< by name of a region: the model that it has instead
+  Heterogeneity heterogeneity;
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
   TorsoKind torso = TorsoKind::cylinder;
