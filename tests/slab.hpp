@@ -27,7 +27,8 @@ inline Device& device() {
 struct Slab {
   /// size in mm, from the origin. set: changes to the parameters' values, by path.
   Slab(std::array<double, 3> size_mm, double dx_mm, Precision precision, const std::string& cell_model,
-       const std::vector<std::pair<std::string, double>>& set) {
+       const std::vector<std::pair<std::string, double>>& set, const std::vector<Stimulus>& stimuli = {}) {
+    scene.stimuli = stimuli;
     scene.geometry = GeometryKind::box;
     scene.cell_model = cell_model;
     scene.precision = precision;
