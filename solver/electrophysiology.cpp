@@ -21,6 +21,10 @@ const std::vector<Parameter>& conductivities() {
       {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
        "intracellular conductivity across fibres, source of the ECG",
        "ratio to the longitudinal one as in the monodomain conductivities"},
+      {"velocity_longitudinal_mm_per_ms", "mm/ms", 0, 0, 10, "conduction velocity along fibres",
+       "measured in a cable while 0"},
+      {"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10, "conduction velocity across fibres",
+       "measured in a cable while 0"},
   };
   return list;
 }
@@ -67,6 +71,7 @@ void declare_electrophysiology(Scene& scene) {
 RegionParameters region_parameters(const Scene& scene, const CellModel& model) {
   RegionParameters result{};
   result.intracellular_offset = 2;
+  result.velocity_offset = 4;
   result.cell_offset = static_cast<int>(conductivities().size());
   result.stride = result.cell_offset + static_cast<int>(model.parameters.size());
   result.cell_first =

@@ -53,6 +53,20 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
+/// How the heart is driven: from the sinoatrial node through the atria, then either after the delay of the
+/// atrioventricular node to early sites on a fast (Purkinje) layer, or along the conduction path through the
+/// insulating septum (region conduction_path, which exists only then).
+struct ConductionSystem {
+  enum class Kind { delay, path };
+  enum class Surface { lv, rv_septum, rv_free_wall };  ///< endocardium on which a site lies
+  struct EarlySite {
+    std::string name;
+    Surface surface;
+  };
+  Kind kind = Kind::delay;
+  std::vector<EarlySite> early_sites;  ///< leaving out those of one side is a bundle branch block
+};
+
 struct EcgRequest {};               ///< twelve leads
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
@@ -67,6 +81,7 @@ struct Scene {
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
+  std::optional<ConductionSystem> conduction_system;  ///< geometry `heart` only
   TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;
   std::optional<EcgRequest> ecg;

@@ -78,6 +78,7 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   define("REGION_FIRST", regions.first);
   define("REGION_STRIDE", regions.stride);
   define("REGION_SLOTS", regions.slots);
+  define("REGION_VELOCITY_OFFSET", regions.velocity_offset);
   define("REGION_CELL_OFFSET", regions.cell_offset);
   define("CELL_FIRST", regions.cell_first);
   if (scene.precision == Precision::double_) result.options.push_back("DOUBLE");
