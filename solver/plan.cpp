@@ -74,9 +74,16 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
     plan.bytes += runs ? bytes : 0;
   };
-  module("geometry", true, "cells, regions, fractions and fibres of every member",
-         {"classify_cells", "flag_segments", "gather_cells", "link_segments", "fibre_field"},
-         Tissue::bytes(grid, batch, stride, scene.precision));
+  const bool heterogeneous = !scene.heterogeneity.parameters.empty();
+  std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
+                                               "link_segments", "fibre_field"};
+  std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
+  if (heterogeneous) {
+    geometry_kernels.emplace_back("coordinate_field");
+    geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
+  }
+  module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
+         geometry_bytes);
   module("monodomain", true, "activation and potential of the tissue",
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
@@ -100,6 +107,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
                 "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
 
   tissue.build_fibres(parameters);
+  if (heterogeneous) tissue.build_coordinates(parameters);
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
