@@ -1,11 +1,10 @@
-#include "solver/conduction_system.hpp"
-
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 
 #include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
+#include "solver/conduction_system.hpp"
 
 // electrophysiology.conduction_system: its structure; numbers are left for read_parameters.
 namespace cohort {

@@ -98,14 +98,3 @@ kernel void nearest_cells(global const real *restrict targets, const real4 origi
   nearest[row] = best;
 #endif
 }
-
-// Conduction velocities (2, stride), along and across fibres, of each cell's region, mm/ms.
-kernel void region_speeds(global const real *restrict parameters, global const ushort *restrict member_of,
-                          global const uchar *restrict tissue_region_of, global real *restrict speed, const int stride) {
-  const int i = get_global_id(0), region = tissue_region_of[i];
-  global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
-  const int first =
-      region == NO_REGION ? -1 : REGION_FIRST + REGION_STRIDE * region_slot[region] + REGION_VELOCITY_OFFSET;
-  speed[i] = first < 0 ? 0 : P[first];
-  speed[i + (size_t)stride] = first < 0 ? 0 : P[first + 1];
-}

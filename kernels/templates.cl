@@ -76,10 +76,3 @@ kernel void project_totals(global const real *restrict partial, global const int
     total += partial[((size_t)q * blocks + block) * ROW + k];
   series[((size_t)k * members + member) * QUANTITIES + q] = total;
 }
-
-// Activation times (stride) as other methods record them: -1 where no wave comes before the end.
-kernel void recorded_arrival(global const real *restrict arrival, global const uchar *restrict tissue_region_of,
-                             global float *restrict activation, const real end) {
-  const int i = get_global_id(0);
-  activation[i] = tissue_region_of[i] != NO_REGION && arrival[i] <= end ? (float)arrival[i] : -1;
-}

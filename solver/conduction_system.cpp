@@ -72,7 +72,7 @@ std::vector<std::uint8_t> activation_graphs(const Scene& scene) {
 }
 
 /// A place for nearest_cells, and the wave that starts there.
-struct Conduction::Target {
+struct ConductionNetwork::Target {
   std::string name;
   std::array<double, target_numbers> numbers;
   double start_ms;
@@ -80,7 +80,7 @@ struct Conduction::Target {
   bool starts;      ///< the atrioventricular node itself starts no wave
 };
 
-std::vector<Conduction::Target> Conduction::targets(std::span<const double> values) const {
+std::vector<ConductionNetwork::Target> ConductionNetwork::targets(std::span<const double> values) const {
   const auto value = [&](const std::string& name) {
     return values[static_cast<size_t>(scene_.parameters.index(root + name))];
   };
@@ -108,8 +108,8 @@ std::vector<Conduction::Target> Conduction::targets(std::span<const double> valu
   return result;
 }
 
-Conduction::Conduction(Launcher& launcher, const Scene& scene, const Definitions& definitions,
-                       int members_per_batch)
+ConductionNetwork::ConductionNetwork(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                                     int members_per_batch)
     : launcher_(launcher), scene_(scene), members_per_batch_(members_per_batch) {
   const std::vector<double> base = [&] {
     std::vector<double> values = scene.parameters.values();
@@ -131,8 +131,8 @@ Conduction::Conduction(Launcher& launcher, const Scene& scene, const Definitions
   member_range_ = device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int));
 }
 
-void Conduction::assemble(const Tissue& tissue, const cl::Buffer& parameters,
-                          std::span<const Member> members) {
+void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& parameters,
+                                 std::span<const Member> members) {
   const std::size_t real = real_bytes(scene_.precision);
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;

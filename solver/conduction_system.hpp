@@ -24,9 +24,10 @@ std::vector<std::uint8_t> activation_graphs(const Scene& scene);
 
 /// The conduction system of a batch on the device (kernels/conduction_system.cl): the fast layer as a sheet
 /// of cells that straddle the endocardium, and the cells where waves start.
-class Conduction {
+class ConductionNetwork {
  public:
-  Conduction(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch);
+  ConductionNetwork(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                    int members_per_batch);
 
   /// Marks the sheet and finds the sites of `members`, whose blocks stand in `parameters`. The tissue's
   /// coordinates must have been built. Reads one number for each site from the device.

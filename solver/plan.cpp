@@ -4,9 +4,11 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "solver/eikonal_activation.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/simulation.hpp"
+#include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -24,10 +26,18 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
-  if (scene.activation_method != ActivationMethod::automatic &&
-      scene.activation_method != ActivationMethod::monodomain)
+  if (scene.activation_method == ActivationMethod::bidomain ||
+      scene.activation_method == ActivationMethod::reaction_eikonal)
     throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
+  const bool eikonal = scene.activation_method == ActivationMethod::eikonal;
+  if (eikonal)
+    for (const std::string& why : {EikonalActivation::refusal(scene), TemplateEcg::refusal(scene)})
+      if (!why.empty()) throw std::invalid_argument("electrophysiology." + why);
+  if (!eikonal && scene.conduction_system)
+    throw std::invalid_argument(
+        "electrophysiology.conduction_system: so far activation: eikonal alone follows it");
   Plan plan{};
+  plan.activation = eikonal ? ActivationMethod::eikonal : ActivationMethod::monodomain;
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
   plan.origin_mm = grid.origin_mm;
@@ -78,13 +88,24 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
                                                "link_segments", "fibre_field"};
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
-  if (heterogeneous) {
+  if (heterogeneous || eikonal) {
     geometry_kernels.emplace_back("coordinate_field");
     geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
   }
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
-  module("monodomain", true, "activation and potential of the tissue",
+  module("eikonal", eikonal,
+         eikonal ? "arrival times from the conduction system: electrophysiology.activation"
+                 : "the monodomain equation activates the tissue",
+         {"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"},
+         EikonalActivation::bytes(stride, scene.precision));
+  module("templates", eikonal && scene.ecg,
+         !eikonal     ? "the time loop has the potential"
+         : !scene.ecg ? "no ECG is asked for"
+                      : "outputs.ecg: action potentials behind the arrival times, without a time loop",
+         {"run_templates", "template_places", "project_blocks", "project_totals"},
+         scene.ecg ? TemplateEcg::bytes(scene, grid, batch, stride) : 0);
+  module("monodomain", !eikonal, eikonal ? "no time loop" : "activation and potential of the tissue",
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
          Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
@@ -106,6 +127,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   refuse_beyond(plan.bytes, limit,
                 "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
 
+  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
+  if (eikonal) {
+    // Measured with configs/eikonal.yaml: nanoseconds for each tissue cell and ms of a member's series.
+    constexpr double seconds_per_cell_ms = 3e-9;
+    plan.seconds_per_member = seconds_per_cell_ms * static_cast<double>(plan.tissue_cells) * end_ms;
+    return plan;
+  }
   tissue.build_fibres(parameters);
   if (heterogeneous) tissue.build_coordinates(parameters);
   Diffusion diffusion(launcher, scene, definitions);
@@ -117,7 +145,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);
-  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   plan.dt_ms = steps.dt_ms;
   plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
 

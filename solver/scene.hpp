@@ -87,7 +87,8 @@ struct Scene {
   std::vector<Shape> shapes;                      ///< geometry `shapes`
   std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
-  std::map<std::string, std::string> region_cell_models;  ///< by name of a region: the model that it has instead
+  std::map<std::string, std::string>
+      region_cell_models;  ///< by name of a region: the model that it has instead
   Heterogeneity heterogeneity;
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;

@@ -8,10 +8,13 @@
 #include <optional>
 #include <stdexcept>
 
+#include "solver/ecg_features.hpp"
+#include "solver/eikonal_activation.hpp"
 #include "solver/features.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/recorder.hpp"
+#include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -46,6 +49,11 @@ Layout layout(const Scene& scene) {
     result.features.push_back(name);
     result.feature_units.push_back(unit);
   }
+  if (!scene.ecg) return result;
+  for (const auto& [name, unit] : ecg_feature_names()) {
+    result.features.push_back(name);
+    result.feature_units.push_back(unit);
+  }
   return result;
 }
 
@@ -60,6 +68,10 @@ struct Simulation::State {
         monodomain(launcher, scene_, definitions, plan.members_per_device),
         recorder(launcher, scene_, definitions, plan.members_per_device, samples_per_fetch),
         shape(layout(scene_)) {
+    if (plan.activation == ActivationMethod::eikonal) {
+      eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
+      if (scene.ecg) templates.emplace(launcher, scene, definitions, plan.members_per_device);
+    }
     if (scene.ecg) lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
     parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
                                  real_bytes(scene.precision));
@@ -70,6 +82,9 @@ struct Simulation::State {
   bool in_torso(std::size_t m, const Member& member);
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
              double timeout_s);
+  void project(std::span<const Member> members, std::span<Recording* const> recordings);
+  void store_features(std::span<const float> activation, std::size_t m, const Member& member,
+                      Recording& recording) const;
   void store_sample(int sample, double time_ms, const double* row, std::span<Recording* const> recordings);
 
   const Scene& scene;
@@ -79,6 +94,8 @@ struct Simulation::State {
   Tissue tissue;
   Diffusion diffusion;
   Monodomain monodomain;
+  std::optional<EikonalActivation> eikonal;  ///< activation: eikonal, without a time loop
+  std::optional<TemplateEcg> templates;
   std::optional<LeadWeights> lead_weights;
   Recorder recorder;
   Layout shape;
@@ -101,8 +118,11 @@ void Simulation::State::prepare(std::span<const Member> members) {
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   tissue.build(parameters, static_cast<int>(members.size()));
   tissue.build_fibres(parameters);
-  if (!scene.heterogeneity.parameters.empty()) tissue.build_coordinates(parameters);
-  monodomain.assemble(tissue, diffusion, parameters, members);
+  if (eikonal || !scene.heterogeneity.parameters.empty()) tissue.build_coordinates(parameters);
+  if (eikonal)
+    eikonal->assemble(tissue, parameters, members);
+  else
+    monodomain.assemble(tissue, diffusion, parameters, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
 }
 
@@ -138,13 +158,14 @@ std::string Simulation::State::defect(std::size_t m, const Member& member) {
       static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
   for (std::size_t i = begin; i < end; ++i) {
     if (tissue.regions[i] != 255) present[tissue.regions[i]] = true;
-    stimulated |= monodomain.stimulated_by()[i];
+    if (!eikonal) stimulated |= monodomain.stimulated_by()[i];
   }
   for (size_t r = 0; r < present.size(); ++r)
     if (scene.regions[r].excitable && !present[r])
       return "region \"" + scene.regions[r].name + "\" holds no cell";
   for (size_t k = 0; k < scene.stimuli.size(); ++k)
     if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
+  if (eikonal && !eikonal->defect(m).empty()) return eikonal->defect(m);
   if (!in_torso(m, member)) return "the heart does not lie inside the torso";
   return {};
 }
@@ -178,6 +199,44 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
       for (std::size_t v = 0; v < 6; ++v) put(6 + v, static_cast<float>(row[2 + v]));
     }
     row += recorder.quantities();
+  }
+}
+
+// Features of a member that is done, in the order of layout().
+void Simulation::State::store_features(std::span<const float> activation, std::size_t m, const Member& member,
+                                       Recording& recording) const {
+  if (recording.outcome != Outcome::done) return;
+  std::vector<float> features;
+  if (scene.activation) features = activation_features(scene, tissue, activation, m, member.values);
+  if (scene.ecg) {
+    const std::vector<float> measured = ecg_features(recording.ecg, sampling_interval_ms(scene));
+    features.insert(features.end(), measured.begin(), measured.end());
+  }
+  recording.features = std::move(features);
+}
+
+// ECG and activation of all members of the batch from their arrival times: no time loop. `recordings` of
+// members that were rejected stay as they are.
+void Simulation::State::project(std::span<const Member> members, std::span<Recording* const> recordings) {
+  const auto start = Clock::now();
+  const double end_ms = structural(scene, "time.end_ms"), interval = sampling_interval_ms(scene);
+  if (templates) {
+    const std::vector<double> rows =
+        templates->series(tissue, parameters, eikonal->arrival(), lead_weights->weights(), members);
+    const auto width = static_cast<size_t>(recorder.quantities()) * members.size();
+    for (size_t k = 0; k < shape.ecg_ms.size(); ++k)
+      store_sample(static_cast<int>(k), static_cast<double>(k) * interval, rows.data() + k * width,
+                   recordings);
+  }
+  std::vector<float> activation;
+  if (scene.activation) activation = eikonal->activation(tissue, end_ms);
+  const double share_s = seconds_since(start) / static_cast<double>(members.size());
+  for (size_t m = 0; m < members.size(); ++m) {
+    if (recordings[m]->outcome == Outcome::rejected) continue;
+    store_features(activation, m, members[m], *recordings[m]);
+    recordings[m]->dt_ms = templates ? templates->spacing_ms() : 0;
+    recordings[m]->device_s = share_s;
+    simulated_ms += end_ms;
   }
 }
 
@@ -239,14 +298,13 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   if (pending) receive(*pending, true);
   launcher.profile(false);
 
+  std::vector<float> activation;
   if (scene.activation) {
-    std::vector<float> activation(static_cast<size_t>(tissue.stride));
+    activation.resize(static_cast<size_t>(tissue.stride));
     launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, activation.size() * sizeof(float),
                                        activation.data());
-    for (size_t m = 0; m < members.size(); ++m)
-      if (recordings[m]->outcome == Outcome::done)
-        recordings[m]->features = activation_features(scene, tissue, activation, m, members[m].values);
   }
+  for (size_t m = 0; m < members.size(); ++m) store_features(activation, m, members[m], *recordings[m]);
   const double share_s = seconds_since(loop_start) / static_cast<double>(members.size());
   for (size_t m = 0; m < members.size(); ++m) {
     recordings[m]->dt_ms = steps.dt_ms;
@@ -297,7 +355,7 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   for (size_t m = 0; m < members.size(); ++m) {
     std::string reason = s.defect(m, members[m]);
     TimeSteps steps{};
-    if (reason.empty()) {
+    if (reason.empty() && !s.eikonal) {
       try {
         steps = choose_steps(s.scene, s.monodomain.fastest_rate()[m], s.monodomain.diffusion_limit_ms()[m]);
       } catch (const std::runtime_error& error) {
@@ -310,6 +368,7 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       recordings[m].failed_at_ms = 0;
       continue;
     }
+    if (s.eikonal) continue;
     auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.steps == steps; });
     if (group == groups.end()) group = groups.insert(groups.end(), Group{steps, {}, {}});
     group->members.push_back(members[m]);
@@ -319,6 +378,11 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   for (Group& group : groups) {
     if (group.members.size() != members.size()) s.prepare(group.members);
     s.march(group.steps, group.members, group.recordings, timeout_s);
+  }
+  if (s.eikonal) {
+    std::vector<Recording*> all;
+    for (Recording& recording : recordings) all.push_back(&recording);
+    s.project(members, all);
   }
   ++s.batches;
   for (Recording& recording : recordings) {

@@ -53,6 +53,8 @@ struct PlannedModule {
 
 struct Plan {
   std::vector<PlannedModule> modules;
+  ActivationMethod activation = ActivationMethod::monodomain;  ///< never automatic
+  std::string activation_reason;
   std::array<int, 3> cells;  ///< grid extents that hold every member
   std::array<double, 3> origin_mm;
   std::size_t tissue_cells = 0, segments = 0;  ///< of the scene's own values
