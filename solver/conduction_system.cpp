@@ -24,7 +24,7 @@ struct Defaults {
 constexpr Defaults normal_sites[] = {
     {"lv_septum", Surface::lv, 0.50, -15, 0},         {"lv_anterior", Surface::lv, 0.59, 84, 1},
     {"lv_inferior", Surface::lv, 0.44, -76, 1},       {"lv_lateral", Surface::lv, 0.40, 182, 7.5},
-    {"rv_septum", Surface::rv_septum, 0.53, -3, 7.5}, {"rv_free_wall", Surface::rv_free_wall, 0.38, 36, 11}};
+    {"rv_septum", Surface::rv_septum, 0.53, -3, 7.5}, {"rv_free_wall", Surface::rv_free_wall, 0.38, 36, 7}};
 
 }  // namespace
 
@@ -44,7 +44,7 @@ void declare_conduction_system(Scene& scene) {
   if (scene.conduction_system->kind == ConductionSystem::Kind::delay)
     table.add({root + "atrioventricular_delay_ms", "ms", 92, 0, 1000,
                "from the arrival at the atrioventricular node to time 0 of the early sites", tuned});
-  table.add({root + "fast_layer_velocity_mm_per_ms", "mm/ms", 2.35, 0.1, 10,
+  table.add({root + "fast_layer_velocity_mm_per_ms", "mm/ms", 1.65, 0.1, 10,
              "conduction velocity of the subendocardial layer", tuned});
   table.add({root + "lv_fast_layer_height", "1", 0.85, 0, 1.2,
              "apico-basal coordinate up to which the left ventricle has it", tuned});
