@@ -124,16 +124,22 @@ void Monodomain::build_kernels() {
 std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
   const CellModels models(scene);
   const auto n = static_cast<std::size_t>(stride);
-  return n * (real_bytes(scene.precision) * (2 + models.states() + 6 + models.derived()) +
+  return n * (real_bytes(scene.precision) * (3 + models.states() + 6 + models.derived()) +
               (scene.activation ? sizeof(float) : 0) + (scene.stimuli.empty() ? 0 : 1) +
               (models.all().size() > 1 ? 1 : 0));
 }
 
+double Monodomain::bytes_per_cell_stage() const {
+  // Potential in and out, six couplings, inverse capacity; eight neighbours a segment. The base of a second
+  // stage is one number more.
+  return 9 * static_cast<double>(real_bytes(scene_.precision)) + 4;
+}
+
 double Monodomain::bytes_per_cell_step() const {
   const auto real = static_cast<double>(real_bytes(scene_.precision));
-  // Potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours a
-  // segment.
-  return real * static_cast<double>(2 + 2 * models_.states() + 6 + 1 + static_cast<size_t>(fields_)) + 4 +
+  // Stage, potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours
+  // a segment.
+  return real * static_cast<double>(3 + 2 * models_.states() + 6 + 1 + static_cast<size_t>(fields_)) + 4 +
          (models_.all().size() > 1 ? 1 : 0);
 }
 
@@ -146,6 +152,7 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
     for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real);
+    stage_ = device.allocate(n * real);
     states_ = device.allocate(n * real * models_.states());
     stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
     activation_ = device.allocate(scene_.activation ? n * sizeof(float) : 0);
@@ -212,13 +219,16 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
   dt_ms_ = dt_ms;
   substeps_ = substeps;
   current_ = 0;
-  if (substeps > 1 && scratch_capacity_ < capacity_) {
-    scratch_capacity_ = capacity_;
+  if (substeps > 1 && before_capacity_ < capacity_) {
+    before_capacity_ = capacity_;
     const std::size_t bytes = static_cast<size_t>(capacity_) * real_bytes(scene_.precision);
-    scratch_ = launcher_.device().allocate(bytes);
-    launcher_.queue().enqueueFillBuffer(scratch_, cl_uchar{0}, 0, bytes);
+    before_ = launcher_.device().allocate(bytes);
   }
   const auto n = static_cast<std::size_t>(tissue.stride);
+  // Padding is read, with zero weight, and never written: what another batch left there may be no number.
+  launcher_.queue().enqueueFillBuffer(stage_, cl_uchar{0}, 0, n * real_bytes(scene_.precision));
+  if (substeps > 1)
+    launcher_.queue().enqueueFillBuffer(before_, cl_uchar{0}, 0, n * real_bytes(scene_.precision));
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NDRange(1), 0, parameters,
             derived_, fastest_rate_buffer_, Real{dt_ms});
@@ -237,33 +247,39 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
   const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
   const cl::Buffer* before = &potential_[current_];
   if (substeps_ > 1 && scene_.activation) {
-    launcher_.queue().enqueueCopyBuffer(potential_[current_], scratch_, 0, 0,
+    launcher_.queue().enqueueCopyBuffer(potential_[current_], before_, 0, 0,
                                         static_cast<size_t>(tissue.stride) * real_bytes(scene_.precision));
-    before = &scratch_;
+    before = &before_;
   }
   for (int substep = 1; substep < substeps_; ++substep) {
     diffuse(tissue, potential_[current_], potential_[1 - current_], dt_diffusion);
     current_ = 1 - current_;
   }
+  diffusion_stage(tissue, potential_[current_], potential_[current_], stage_, 0.5 * dt_diffusion);
   const double whole = std::floor(time_ms);
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
   launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
-            bytes * bytes_per_cell_step(), potential_[current_], *before, potential_[1 - current_], states_,
-            stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
-            model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride,
-            Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+            bytes * bytes_per_cell_step(), stage_, potential_[current_], *before, potential_[1 - current_],
+            states_, stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_,
+            derived_fields_, model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters,
+            tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
   current_ = 1 - current_;
 }
 
-void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms) {
+void Monodomain::diffusion_stage(const Tissue& tissue, const cl::Buffer& stage, const cl::Buffer& base,
+                                 const cl::Buffer& to, double dt_ms) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->diffusion_step, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
-            static_cast<double>(cells) * (9 * real + 4), from, to, stencil_, tissue.inverse_capacity,
-            tissue.neighbours, tissue.stride, Real{dt_ms});
+            static_cast<double>(cells) * bytes_per_cell_stage(), stage, base, to, stencil_,
+            tissue.inverse_capacity, tissue.neighbours, tissue.stride, Real{dt_ms});
+}
+
+void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms) {
+  diffusion_stage(tissue, from, from, stage_, 0.5 * dt_ms);
+  diffusion_stage(tissue, stage_, from, to, dt_ms);
 }
 
 const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
@@ -273,7 +289,7 @@ const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
   for (int step = 0; step < steps; ++step) {
     diffuse(tissue, *from, *to, 0.5 * dt_ms_ / steps);
     from = to;
-    to = from == &scratch_ ? &potential_[1 - current_] : &scratch_;
+    to = from == &before_ ? &potential_[1 - current_] : &before_;
   }
   return *from;
 }

@@ -33,6 +33,9 @@ class Monodomain {
   /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
   int substeps() const { return substeps_; }
+  /// to = base + dt_ms L stage on the tissue's cells; potentials (stride).
+  void diffusion_stage(const Tissue& tissue, const cl::Buffer& stage, const cl::Buffer& base,
+                       const cl::Buffer& to, double dt_ms);
 
   /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.
   const cl::Buffer& potential() const { return potential_[current_]; }
@@ -46,8 +49,9 @@ class Monodomain {
 
   /// Device bytes for `stride` compact cells, at most.
   static std::size_t bytes(const Scene& scene, std::int64_t stride);
-  /// Least bytes that one step moves for each cell.
+  /// Least bytes that one step's last launch, and a stage of diffusion, move for each cell.
   double bytes_per_cell_step() const;
+  double bytes_per_cell_stage() const;
 
  private:
   void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
@@ -76,8 +80,9 @@ class Monodomain {
 
   cl::Buffer potential_[2], states_, stencil_, derived_, derived_fields_, fastest_rate_buffer_, activation_,
       stimulated_by_, stimuli_buffer_, model_of_;
-  cl::Buffer scratch_;  ///< potential at the start of a step and while it is closed; with substeps only
-  int scratch_capacity_ = 0;
+  cl::Buffer stage_;   ///< first stage of a diffusion step
+  cl::Buffer before_;  ///< potential at the start of a step and while it is closed; with substeps only
+  int before_capacity_ = 0;
   struct Kernels {
     Launcher::Handle derive, segment_rates, initialise, step, stimulated_step, diffusion_step;
   };

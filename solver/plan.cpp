@@ -152,9 +152,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
   constexpr double share_of_triad = 0.7;
   const double bytes_per_step =
-      static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
-  const double step_s =
-      std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9), launch_s * steps.substeps);
+      static_cast<double>(stride) *
+      (monodomain.bytes_per_cell_step() + monodomain.bytes_per_cell_stage() * (2 * steps.substeps - 1));
+  const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
+                                 2 * launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;
   return plan;
 }
