@@ -20,6 +20,7 @@ class EikonalActivation {
   const cl::Buffer& arrival() const { return eikonal_.arrival(); }
   /// (stride) float as other methods record them, -1 where no wave comes before end_ms; read back.
   std::vector<float> activation(const Tissue& tissue, double end_ms);
+  const ConductionNetwork& network() const { return network_; }
   /// Why member m cannot be activated; empty when it can.
   const std::string& defect(std::size_t m) const { return network_.missing()[m]; }
 
