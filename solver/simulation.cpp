@@ -13,6 +13,8 @@
 #include "solver/features.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/observer.hpp"
+#include "solver/probes.hpp"
 #include "solver/recorder.hpp"
 #include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
@@ -31,6 +33,13 @@ double structural(const Scene& scene, const char* path) {
   return scene.parameters[scene.parameters.index(path)].value;
 }
 
+// Samples of a run, the last one at its end aside.
+int samples_of(const Scene& scene) {
+  constexpr double rounding = 1e-9;
+  return static_cast<int>(
+      std::ceil(structural(scene, "time.end_ms") / sampling_interval_ms(scene) - rounding));
+}
+
 constexpr int samples_per_fetch = 20;
 constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
 
@@ -40,10 +49,8 @@ Layout layout(const Scene& scene) {
   Layout result;
   if (scene.ecg) {
     result.leads = {"I", "II", "III", "aVR", "aVL", "aVF", "V1", "V2", "V3", "V4", "V5", "V6"};
-    const double interval = sampling_interval_ms(scene), end = structural(scene, "time.end_ms");
-    constexpr double rounding = 1e-9;
-    const auto samples = static_cast<int>(std::ceil(end / interval - rounding));
-    for (int k = 0; k < samples; ++k) result.ecg_ms.push_back(k * interval);
+    const double interval = sampling_interval_ms(scene);
+    for (int k = 0; k < samples_of(scene); ++k) result.ecg_ms.push_back(k * interval);
   }
   for (const auto& [name, unit] : activation_feature_names(scene)) {
     result.features.push_back(name);
@@ -72,6 +79,8 @@ struct Simulation::State {
       eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
       if (scene.ecg) templates.emplace(launcher, scene, definitions, plan.members_per_device);
     }
+    if (activation_fields(scene) > 1)
+      probes.emplace(launcher, scene, definitions, plan.members_per_device, samples_of(scene) + 1);
     if (scene.ecg) lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
     parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
                                  real_bytes(scene.precision));
@@ -83,8 +92,8 @@ struct Simulation::State {
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
              double timeout_s);
   void project(std::span<const Member> members, std::span<Recording* const> recordings);
-  void store_features(std::span<const float> activation, std::size_t m, const Member& member,
-                      Recording& recording) const;
+  void store_features(std::span<const float> activation, std::span<const float> probe_potential, std::size_t m,
+                      const Member& member, Recording& recording) const;
   void store_sample(int sample, double time_ms, const double* row, std::span<Recording* const> recordings);
 
   const Scene& scene;
@@ -98,6 +107,8 @@ struct Simulation::State {
   std::optional<TemplateEcg> templates;
   std::optional<LeadWeights> lead_weights;
   Recorder recorder;
+  std::optional<Probes> probes;
+  std::optional<Observation> observation;
   Layout shape;
   cl::Buffer parameters;
   double simulated_ms = 0, cell_updates = 0;
@@ -203,11 +214,12 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
 }
 
 // Features of a member that is done, in the order of layout().
-void Simulation::State::store_features(std::span<const float> activation, std::size_t m, const Member& member,
-                                       Recording& recording) const {
+void Simulation::State::store_features(std::span<const float> activation,
+                                       std::span<const float> probe_potential, std::size_t m,
+                                       const Member& member, Recording& recording) const {
   if (recording.outcome != Outcome::done) return;
   std::vector<float> features;
-  if (scene.activation) features = activation_features(scene, tissue, activation, m, member.values);
+  if (scene.activation) features = activation_features(scene, tissue, activation, m, member.values, probe_potential);
   if (scene.ecg) {
     const std::vector<float> measured = ecg_features(recording.ecg, sampling_interval_ms(scene));
     features.insert(features.end(), measured.begin(), measured.end());
@@ -229,11 +241,15 @@ void Simulation::State::project(std::span<const Member> members, std::span<Recor
                    recordings);
   }
   std::vector<float> activation;
-  if (scene.activation) activation = eikonal->activation(tissue, end_ms);
+  if (scene.activation || observation) activation = eikonal->activation(tissue, end_ms);
+  if (observation) {
+    observation->begin(launcher, tissue);
+    observation->end(activation);
+  }
   const double share_s = seconds_since(start) / static_cast<double>(members.size());
   for (size_t m = 0; m < members.size(); ++m) {
     if (recordings[m]->outcome == Outcome::rejected) continue;
-    store_features(activation, m, members[m], *recordings[m]);
+    store_features(activation, {}, m, members[m], *recordings[m]);
     recordings[m]->dt_ms = templates ? templates->spacing_ms() : 0;
     recordings[m]->device_s = share_s;
     simulated_ms += end_ms;
@@ -247,11 +263,13 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   const double end_ms = structural(scene, "time.end_ms"), interval = sampling_interval_ms(scene);
   constexpr double rounding = 1e-9;
   const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));
-  const auto samples = static_cast<int>(std::ceil(end_ms / interval - rounding));
+  const int samples = samples_of(scene);
   const auto loop_start = Clock::now();
 
   monodomain.initialise(tissue, parameters, steps.dt_ms, steps.substeps);
   recorder.prepare(tissue);
+  if (probes) probes->prepare(tissue, members);
+  if (observation) observation->begin(launcher, tissue);
   const cl::Buffer* weights = lead_weights ? &lead_weights->weights() : nullptr;
 
   struct Fetch {
@@ -276,6 +294,10 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
     launcher.profile(fetch % fetches_per_profile == (batches > 0 ? 0 : 1));
     for (int k = 0; k < count; ++k) {
       recorder.sample(tissue, monodomain, weights, k);
+      if (probes) probes->sample(monodomain.potential(), first + k);
+      if (observation)
+        observation->sample(launcher, tissue, monodomain, first + k,
+                            std::min((first + k) * interval, end_ms));
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
         monodomain.advance(tissue, parameters, static_cast<double>(step) * steps.dt_ms, step == 0);
       launcher.queue().flush();
@@ -300,11 +322,17 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
 
   std::vector<float> activation;
   if (scene.activation) {
-    activation.resize(static_cast<size_t>(tissue.stride));
+    activation.resize(static_cast<size_t>(tissue.stride) * static_cast<size_t>(activation_fields(scene)));
     launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, activation.size() * sizeof(float),
                                        activation.data());
+    if (observation)
+      observation->end(std::span<const float>(activation).first(static_cast<size_t>(tissue.stride)));
   }
-  for (size_t m = 0; m < members.size(); ++m) store_features(activation, m, members[m], *recordings[m]);
+  const std::vector<float> series = probes ? probes->series() : std::vector<float>();
+  const std::size_t row = series.size() / members.size();
+  for (size_t m = 0; m < members.size(); ++m)
+    store_features(activation, std::span<const float>(series).subspan(m * row, row), m, members[m],
+                   *recordings[m]);
   const double share_s = seconds_since(loop_start) / static_cast<double>(members.size());
   for (size_t m = 0; m < members.size(); ++m) {
     recordings[m]->dt_ms = steps.dt_ms;
@@ -390,6 +418,11 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
     recording.wall_s = seconds_since(start) / static_cast<double>(members.size());
   }
   return recordings;
+}
+
+void Simulation::observe(Observer observer) {
+  state_->observation.emplace(std::move(observer), state_->scene.precision,
+                              sampling_interval_ms(state_->scene));
 }
 
 std::vector<KernelPerformance> Simulation::performance() const {
