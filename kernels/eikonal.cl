@@ -72,6 +72,13 @@ kernel void eikonal_metric(global const real *restrict fibre, global const real 
   metric[i + 5 * (size_t)stride] = less * f[1] * f[2];
 }
 
+// The metric for sqrt(grad T . M grad T) = slowness.
+kernel void eikonal_slow(global const real *restrict slowness, global real *restrict metric, const int stride) {
+  const int i = get_global_id(0);
+  const real factor = slowness[i] > 0 ? slowness[i] * slowness[i] : 1;
+  for (int c = 0; c < 6; ++c) metric[i + c * (size_t)stride] *= factor;
+}
+
 // T from an initial field (finite and below UNREACHED where the wave starts; nowhere without `with_initial`), and the
 // segments that start it.
 kernel void eikonal_start(global const real *restrict initial, const int with_initial, global const uchar *restrict region,

@@ -14,9 +14,9 @@ void declare_stimuli(Scene& scene);
 
 /// Where the parameters of regions stand in the table: region r (excitable) has a run of `stride` numbers
 /// from first + stride slot[r]: conductivities along and across, intracellular conductivities along and
-/// across, then the cell model's parameters in its order from `cell_offset` on.
+/// across, velocities along and across, then the cell model's parameters in its order from `cell_offset` on.
 struct RegionParameters {
-  int first, stride, cell_offset, intracellular_offset, slots;
+  int first, stride, cell_offset, intracellular_offset, velocity_offset, slots;
   std::vector<int> slot;  ///< by region; -1 where not excitable
   int cell_first;         ///< index of the cell model's first own parameter
 };

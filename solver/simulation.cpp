@@ -11,6 +11,7 @@
 #include "solver/features.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/reaction_eikonal.hpp"
 #include "solver/recorder.hpp"
 #include "solver/time_steps.hpp"
 
@@ -60,6 +61,8 @@ struct Simulation::State {
         monodomain(launcher, scene_, definitions, plan.members_per_device),
         recorder(launcher, scene_, definitions, plan.members_per_device, samples_per_fetch),
         shape(layout(scene_)) {
+    if (plan.activation == ActivationMethod::reaction_eikonal)
+      reaction_eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
     if (scene.ecg) lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
     parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
                                  real_bytes(scene.precision));
@@ -68,6 +71,7 @@ struct Simulation::State {
   void prepare(std::span<const Member> members);
   std::string defect(std::size_t m, const Member& member);
   bool in_torso(std::size_t m, const Member& member);
+  void advance(double time_ms, const TimeSteps& steps, bool first);
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
              double timeout_s);
   void store_sample(int sample, double time_ms, const double* row, std::span<Recording* const> recordings);
@@ -79,6 +83,7 @@ struct Simulation::State {
   Tissue tissue;
   Diffusion diffusion;
   Monodomain monodomain;
+  std::optional<ReactionEikonal> reaction_eikonal;
   std::optional<LeadWeights> lead_weights;
   Recorder recorder;
   Layout shape;
@@ -102,6 +107,7 @@ void Simulation::State::prepare(std::span<const Member> members) {
   tissue.build(parameters, static_cast<int>(members.size()));
   tissue.build_fibres(parameters);
   monodomain.assemble(tissue, diffusion, parameters, members);
+  if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
 }
 
@@ -144,6 +150,10 @@ std::string Simulation::State::defect(std::size_t m, const Member& member) {
       return "region \"" + scene.regions[r].name + "\" holds no cell";
   for (size_t k = 0; k < scene.stimuli.size(); ++k)
     if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
+  if (reaction_eikonal) {
+    const std::string reason = reaction_eikonal->defect(tissue, monodomain, m, member);
+    if (!reason.empty()) return reason;
+  }
   if (!in_torso(m, member)) return "the heart does not lie inside the torso";
   return {};
 }
@@ -178,6 +188,12 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
     }
     row += recorder.quantities();
   }
+}
+
+// One step of whatever activates the tissue.
+void Simulation::State::advance(double time_ms, const TimeSteps& steps, bool first) {
+  if (reaction_eikonal) reaction_eikonal->trigger(tissue, monodomain, parameters, time_ms, steps.dt_ms);
+  monodomain.advance(tissue, parameters, time_ms, first);
 }
 
 // The time loop of members that share their steps. Nothing in it waits for the device but the fetch of
@@ -217,7 +233,7 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
     for (int k = 0; k < count; ++k) {
       recorder.sample(tissue, monodomain, weights, k);
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
-        monodomain.advance(tissue, parameters, static_cast<double>(step) * steps.dt_ms, step == 0);
+        advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
       launcher.queue().flush();
     }
     recorder.start_fetch(count);
