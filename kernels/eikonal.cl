@@ -148,8 +148,8 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
     const int below = CENTRE - axis[a], above = CENTRE + axis[a];
     const real lower = links >> below & 1 ? T[neighbour_place(place, cell, -step[a], grid_cells)] : UNREACHED;
     const real upper = links >> above & 1 ? T[neighbour_place(place, cell, step[a], grid_cells)] : UNREACHED;
-    const bool has_lower = lower < UNREACHED, has_upper = upper < UNREACHED;
-    g[a] = has_lower && has_upper ? R(0.5) * (upper - lower) : has_upper ? upper - here : has_lower ? here - lower : 0;
+    // From the side the wave comes from, as the solver sees it: at a kink of the front centred ones would look across.
+    g[a] = lower <= upper ? fmax(here - lower, R(0.0)) : -fmax(here - upper, R(0.0));
   }
   // The characteristic M g, up to a factor: the cofactors of G.
   const real xx = metric[i], yy = metric[i + (size_t)stride], zz = metric[i + 2 * (size_t)stride];

@@ -47,6 +47,34 @@ inline real time_from(global const real *s, real3 p, real3 f, real along, real a
   return sqrt(squared_time((real3)(d[0], d[1], d[2]), f, along, across));
 }
 
+// Time from p inside the stimulus s to its surface, where there is tissue beyond that.
+inline real time_to_surface(global const real *s, real3 p, real3 f, real along, real across, global const int *place,
+                            int member, real4 origin_and_spacing) {
+  if (s[5] != 0) {
+    const real3 d = p - (real3)(s[6], s[7], s[8]);
+    const real r = length(d);
+    return r > R(1e-6) * s[9] ? sqrt(squared_time(d, f, along, across)) * fmax(s[9] / r - 1, R(0.0)) : s[9] / fmax(along, across);
+  }
+  const real at[3] = {p.x, p.y, p.z}, n[3] = {f.x, f.y, f.z}, h = origin_and_spacing.w;
+  const real origin[3] = {origin_and_spacing.x, origin_and_spacing.y, origin_and_spacing.z};
+  const int extent[3] = {NX, NY, NZ};
+  real least = UNREACHED;
+  for (int a = 0; a < 3; ++a)
+    for (int side = 0; side < 2; ++side) {
+      const real face = s[6 + 3 * side + a];
+      int beyond[3];
+      for (int b = 0; b < 3; ++b) {
+        const real x = b != a ? at[b] : side ? fmax(face + R(0.5) * h, at[a] + h) : fmin(face - R(0.5) * h, at[a] - h);
+        beyond[b] = clamp((int)floor((x - origin[b]) / h), 0, extent[b] - 1);
+      }
+      const int cell = beyond[0] + NX * (beyond[1] + NY * (beyond[2] + NZ * member));
+      if (place[cell / LANES] == 1) continue;
+      const real speed = sqrt(across * across + (along * along - across * across) * n[a] * n[a]);
+      least = fmin(least, fabs(face - at[a]) / speed);
+    }
+  return least;
+}
+
 // Where and when stimuli start the front: their cells, and those beside them at the exact distance from their surface.
 // latency (members, REGION_SLOTS, STIMULI, LATENCIES) ms, UNREACHED where a stimulus starts nothing.
 kernel void front_sources(global const real *restrict stimuli, const real4 origin_and_spacing,
@@ -70,9 +98,12 @@ kernel void front_sources(global const real *restrict stimuli, const real4 origi
     if (!(beside >> k & 1)) continue;
     global const real *s = stimuli + (member * STIMULI + k) * STIMULUS_NUMBERS;
     global const real *l = latency + ((member * REGION_SLOTS + region_slot[region[i]]) * STIMULI + k) * LATENCIES;
+    if (!(l[0] < UNREACHED)) continue;
+    const real along = speed[i], across = speed[i + (size_t)stride];
     const real start = stimulated_by[i] >> k & 1
-                           ? s[0] + l[1] : s[0] + l[0] + time_from(s, p, f, speed[i], speed[i + (size_t)stride]);
-    if (l[0] < UNREACHED) initial[i] = fmin(initial[i], start);
+                           ? fmax(l[1], l[0] - time_to_surface(s, p, f, along, across, place, member, origin_and_spacing))
+                           : l[0] + time_from(s, p, f, along, across);
+    initial[i] = fmin(initial[i], s[0] + start);
   }
 }
 

@@ -141,8 +141,8 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
             with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, linked_, in_sheet_,
             static_cast<int>(tissue.places.size()) * Tissue::lanes);
-  launcher_(metric_kernel_, global, local, cells * 11 * real, tissue.fibre, speed, tissue.region, metric_,
-            linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+  speed_ = speed;
+  build_metric(tissue);
   queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));
   sweeps_ = 0;
   propagate(tissue);
@@ -150,7 +150,14 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   propagate(tissue);
 }
 
+void Eikonal::build_metric(const Tissue& tissue) {
+  launcher_(metric_kernel_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
+            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
+            tissue.fibre, speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+}
+
 void Eikonal::slow(const Tissue& tissue, const cl::Buffer& slowness) {
+  build_metric(tissue);
   launcher_(slow_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
             13.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), slowness,
             metric_, tissue.stride);

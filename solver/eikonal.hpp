@@ -60,6 +60,7 @@ class Eikonal {
   void fire(const Tissue& tissue, int mark);
   void sweep(const Tissue& tissue, int number);
   void propagate(const Tissue& tissue);
+  void build_metric(const Tissue& tissue);
   void correct(const Tissue& tissue);
 
   Launcher& launcher_;
@@ -69,7 +70,7 @@ class Eikonal {
   int current_ = 0, sweeps_ = 0;
   int sources_ = 0, source_cells_ = 0;
   bool triggered_ = false, with_sheet_ = false, with_initial_ = false;
-  cl::Buffer sheet_id_, sheet_speed_, initial_;  ///< of the last solve()
+  cl::Buffer sheet_id_, sheet_speed_, initial_, speed_;  ///< of the last solve()
   cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, second_, correction_,
       last_change_;
   cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;
