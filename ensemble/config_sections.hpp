@@ -19,6 +19,9 @@ void refuse_set(Node* scene, Node* outputs, const std::string& path, const std::
 /// read_parameters. Either node may be null.
 void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes& mistakes);
 
+/// The part of read_structure for `electrophysiology`; needs the structure of the geometry.
+void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mistakes);
+
 /// Sets the parameters of the table that stand below `map`, and adds a mistake for each key that is neither
 /// structure nor a parameter.
 void read_parameters(Node& map, ParameterTable& table, Mistakes& mistakes);

@@ -277,22 +277,8 @@ void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes
       scene.precision =
           read_word<Precision>(*precision, {{"single", Precision::single_}, {"double", Precision::double_}},
                                scene.precision, mistakes);
-    if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes)) {
-      if (Node* model = take(*electrophysiology, "cell_model")) {
-        const std::vector<std::string> models = cell_models();
-        if (const auto index = read_choice(*model, model->path, models, mistakes))
-          scene.cell_model = models[*index];
-      }
-      if (Node* method = take(*electrophysiology, "activation"))
-        scene.activation_method =
-            read_word<ActivationMethod>(*method,
-                                        {{"automatic", ActivationMethod::automatic},
-                                         {"monodomain", ActivationMethod::monodomain},
-                                         {"bidomain", ActivationMethod::bidomain},
-                                         {"reaction_eikonal", ActivationMethod::reaction_eikonal},
-                                         {"eikonal", ActivationMethod::eikonal}},
-                                        scene.activation_method, mistakes);
-    }
+    if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes))
+      read_electrophysiology(*electrophysiology, scene, mistakes);
     if (Node* stimuli = take_map(*scene_node, "stimuli", mistakes)) read_stimuli(*stimuli, scene, mistakes);
     if (Node* torso = take_map(*scene_node, "torso", mistakes)) {
       if (Node* shape = take(*torso, "shape"))

@@ -42,6 +42,11 @@ std::string geometry(const Scene& scene) {
 std::string physics(const Scene& scene) {
   std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
                                  word(scene.precision, {"single", "double"}));
+  for (const auto& [region, model] : scene.region_cell_models)
+    text += fmt::format("cell_model {} in {}\n", model, region);
+  if (!scene.heterogeneity.parameters.empty())
+    text += fmt::format("heterogeneity [{}] in [{}]\n", fmt::join(scene.heterogeneity.parameters, " "),
+                        fmt::join(scene.heterogeneity.regions, " "));
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
                         word(stimulus.kind, {"box", "sphere", "site"}), stimulus.site);

@@ -108,7 +108,11 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
   if (!generated.empty()) source += "#line 1 \"generated\"\n" + generated + "\n";
   std::vector<std::string> joined = {"common.clh"};
   joined.insert(joined.end(), files.begin(), files.end());
-  for (const std::string& file : joined) source += "#line 1 \"" + file + "\"\n" + kernel_source(file) + "\n";
+  for (const std::string& file : joined) {
+    const bool text = file.find('\n') != std::string::npos;
+    source +=
+        "#line 1 \"" + (text ? "generated" : file) + "\"\n" + (text ? file : kernel_source(file)) + "\n";
+  }
 
   std::string options = "-cl-std=CL1.2";
   if (info_.gpu) options += " -DGPU";

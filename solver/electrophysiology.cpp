@@ -1,6 +1,10 @@
 #include "solver/electrophysiology.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "solver/cell_models.hpp"
+#include "solver/heterogeneity.hpp"
 
 namespace cohort {
 
@@ -46,45 +50,55 @@ void declare_electrophysiology(Scene& scene) {
   table.add({root + "activation_threshold_mV", "mV", 0, -200, 200,
              "a cell is activated when its potential first rises through this", niederer});
 
-  const CellModel model = read_cell_model(scene.cell_model);
-  const std::string cell_root = root + model.name + ".";
-  for (Parameter p : model.parameters) {
-    p.path = cell_root + p.path;
+  for (const auto& [name, model] : scene.region_cell_models)
+    if (std::none_of(scene.regions.begin(), scene.regions.end(),
+                     [&](const Region& region) { return region.name == name && region.excitable; }))
+      throw std::invalid_argument(root + "regions." + name + ": there is no excitable region of that name");
+  const CellModels models(scene);
+  for (const CellModel& model : models.all())
+    for (Parameter p : model.parameters) {
+      p.path = root + model.name + "." + p.path;
+      table.add(p);
+    }
+  const auto add_copy = [&](Parameter p, const std::string& inherits_from, const Region& region) {
+    p.inherits = inherits_from + p.path;
+    p.path = root + "regions." + region.name + "." + p.path;
+    p.value = inherited;
     table.add(p);
-  }
+  };
   for (const Region& region : scene.regions) {
     if (!region.excitable) continue;
-    const std::string region_root = root + "regions." + region.name + ".";
-    for (Parameter p : conductivities()) {
-      p.inherits = root + p.path;
-      p.path = region_root + p.path;
-      p.value = inherited;
-      table.add(p);
-    }
-    for (Parameter p : model.parameters) {
-      p.inherits = cell_root + p.path;
-      p.path = region_root + p.path;
-      p.value = inherited;
-      table.add(p);
-    }
+    for (const Parameter& p : conductivities()) add_copy(p, root, region);
   }
+  for (size_t r = 0; r < scene.regions.size(); ++r) {
+    if (!scene.regions[r].excitable) continue;
+    const CellModel& model = models.all()[static_cast<size_t>(models.of_region()[r])];
+    for (const Parameter& p : model.parameters) add_copy(p, root + model.name + ".", scene.regions[r]);
+  }
+  declare_heterogeneity(scene);
 }
 
-RegionParameters region_parameters(const Scene& scene, const CellModel& model) {
+RegionParameters region_parameters(const Scene& scene) {
+  const CellModels models(scene);
+  const ParameterTable& table = scene.parameters;
+  const std::string root = "electrophysiology.";
   RegionParameters result{};
   result.intracellular_offset = 2;
   result.velocity_offset = 4;
-  result.cell_offset = static_cast<int>(conductivities().size());
-  result.stride = result.cell_offset + static_cast<int>(model.parameters.size());
-  result.cell_first =
-      scene.parameters.index("electrophysiology." + model.name + "." + model.parameters.front().path);
+  result.stride = static_cast<int>(conductivities().size());
   result.first = -1;
-  for (const Region& region : scene.regions) {
+  for (size_t r = 0; r < scene.regions.size(); ++r) {
+    const Region& region = scene.regions[r];
     result.slot.push_back(region.excitable ? result.slots++ : -1);
-    if (region.excitable && result.first < 0)
-      result.first = scene.parameters.index("electrophysiology.regions." + region.name + "." +
-                                            conductivities().front().path);
+    result.cell_first.push_back(-1);
+    if (!region.excitable) continue;
+    const std::string run = root + "regions." + region.name + ".";
+    if (result.first < 0) result.first = table.index(run + conductivities().front().path);
+    const CellModel& model = models.all()[static_cast<size_t>(models.of_region()[r])];
+    result.cell_first.back() = table.index(run + model.parameters.front().path);
   }
+  for (const CellModel& model : models.all())
+    result.model_first.push_back(table.index(root + model.name + "." + model.parameters.front().path));
   return result;
 }
 

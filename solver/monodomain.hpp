@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "solver/cell_model.hpp"
+#include "solver/cell_models.hpp"
 #include "solver/diffusion.hpp"
 #include "solver/electrophysiology.hpp"
 
@@ -15,7 +15,8 @@ class Monodomain {
  public:
   Monodomain(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch);
 
-  /// Assembles the operator for the tissue of `members` and reads the limits of their steps.
+  /// Assembles the operator for the tissue of `members` and reads the limits of their steps. Of a scene with
+  /// heterogeneity the tissue must have its coordinates.
   void assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
                 std::span<const Member> members);
   /// By member: largest stable explicit diffusion step (ms) and fastest rate of the cell model (1/ms).
@@ -32,10 +33,13 @@ class Monodomain {
   /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
   int substeps() const { return substeps_; }
+  /// to = base + dt_ms L stage on the tissue's cells; potentials (stride).
+  void diffusion_stage(const Tissue& tissue, const cl::Buffer& stage, const cl::Buffer& base,
+                       const cl::Buffer& to, double dt_ms);
 
   /// Potential (stride) mV after the last step; the closing half step of diffusion is not in it.
   const cl::Buffer& potential() const { return potential_[current_]; }
-  /// The cell model's states (states, stride).
+  /// The cells' states (states of the model that has most, stride).
   const cl::Buffer& states() const { return states_; }
   const cl::Buffer& stencil() const { return stencil_; }
   const cl::Buffer& activation() const { return activation_; }
@@ -50,35 +54,42 @@ class Monodomain {
 
   /// Device bytes for `stride` compact cells, at most.
   static std::size_t bytes(const Scene& scene, std::int64_t stride);
-  /// Least bytes that one step moves for each cell.
+  /// Least bytes that one step's last launch, and a stage of diffusion, move for each cell.
   double bytes_per_cell_step() const;
+  double bytes_per_cell_stage() const;
 
  private:
   void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
   void choose_fields(std::span<const Member> members);
+  void build_kernels();
+  std::string generated() const;
+  void read_rates(const Tissue& tissue, const cl::Buffer& parameters, std::size_t members);
 
   Launcher& launcher_;
   const Scene& scene_;
   Definitions definitions_;
-  CellModel model_;
+  CellModels models_;
   RegionParameters regions_;
   int members_per_batch_, width_;
   int capacity_ = 0;
   double dt_ms_ = 0;
   int substeps_ = 1;
   int current_ = 0;
-  std::vector<int> field_of_;  ///< by derived constant: its field, or -1
+  std::vector<bool> region_varies_;  ///< by region: its cell parameters vary through the wall
+  bool heterogeneous_;               ///< in some region they do
+  std::vector<int> field_of_;        ///< by derived constant of all models: its field, or -1
   int fields_ = 0, fields_allocated_ = -1;
   std::vector<double> diffusion_limit_ms_, fastest_rate_;
   std::vector<std::vector<double>> stimuli_;
   std::vector<std::uint8_t> stimulated_by_host_;
 
   cl::Buffer potential_[2], states_, stencil_, derived_, derived_fields_, fastest_rate_buffer_, activation_,
-      stimulated_by_, stimuli_buffer_;
-  cl::Buffer scratch_;  ///< potential at the start of a step and while it is closed; with substeps only
-  int scratch_capacity_ = 0;
+      stimulated_by_, stimuli_buffer_, model_of_;
+  cl::Buffer stage_;   ///< first stage of a diffusion step
+  cl::Buffer before_;  ///< potential at the start of a step and while it is closed; with substeps only
+  int before_capacity_ = 0;
   struct Kernels {
-    Launcher::Handle derive, initialise, step, stimulated_step, diffusion_step;
+    Launcher::Handle derive, segment_rates, initialise, step, stimulated_step, diffusion_step;
   };
   std::map<std::vector<int>, Kernels> kernels_by_fields_;
   Kernels* kernels_ = nullptr;

@@ -120,9 +120,16 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
     plan.bytes += runs ? bytes : 0;
   };
-  module("geometry", true, "cells, regions, fractions and fibres of every member",
-         {"classify_cells", "flag_segments", "gather_cells", "link_segments", "fibre_field"},
-         Tissue::bytes(grid, batch, stride, scene.precision));
+  const bool heterogeneous = !scene.heterogeneity.parameters.empty();
+  std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
+                                               "link_segments", "fibre_field"};
+  std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
+  if (heterogeneous) {
+    geometry_kernels.emplace_back("coordinate_field");
+    geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
+  }
+  module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
+         geometry_bytes);
   choose_activation(device, scene, base, grid.dx_mm, plan);
   const bool eikonal = plan.activation == ActivationMethod::reaction_eikonal;
   module("eikonal", eikonal, eikonal ? plan.activation_reason : "monodomain: " + plan.activation_reason,
@@ -151,6 +158,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
                 "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
 
   tissue.build_fibres(parameters);
+  if (heterogeneous) tissue.build_coordinates(parameters);
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
@@ -168,9 +176,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
   constexpr double share_of_triad = 0.7;
   const double bytes_per_step =
-      static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
-  const double step_s =
-      std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9), launch_s * steps.substeps);
+      static_cast<double>(stride) *
+      (monodomain.bytes_per_cell_step() + monodomain.bytes_per_cell_stage() * (2 * steps.substeps - 1));
+  const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
+                                 2 * launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;
   return plan;
 }

@@ -17,32 +17,31 @@ constexpr int latencies = 2;
 /// Reads the numbers of one excitable region of a member.
 struct RegionNumbers {
   const Scene& scene;
-  const CellModel& model;
+  const CellModels& models;
   const RegionParameters& regions;
   const Member& member;
-  int slot;
+  std::size_t region;
 
-  double run(int offset) const {
-    return member.values[static_cast<size_t>(regions.first + slot * regions.stride + offset)];
+  const CellModel& model() const { return models.all()[static_cast<size_t>(models.of_region()[region])]; }
+  double tissue(int offset) const {
+    return member.values[static_cast<size_t>(regions.first + regions.slot[region] * regions.stride + offset)];
   }
+  double cell(int k) const { return member.values[static_cast<size_t>(regions.cell_first[region] + k)]; }
   double value(const std::string& path) const {
     return member.values[static_cast<size_t>(scene.parameters.index(path))];
   }
   double diffusivity(int offset) const {
-    return run(offset) / (value("electrophysiology.surface_to_volume_per_mm") *
-                          value("electrophysiology.capacitance_uF_per_mm2"));
+    return tissue(offset) / (value("electrophysiology.surface_to_volume_per_mm") *
+                             value("electrophysiology.capacitance_uF_per_mm2"));
   }
   double threshold_mV() const { return value("electrophysiology.activation_threshold_mV"); }
   Cable cable(double amplitude, double duration) const {
-    Cable result{model.name, {}, threshold_mV(), amplitude, duration};
-    for (size_t k = 0; k < model.parameters.size(); ++k)
-      result.cell.push_back(run(regions.cell_offset + static_cast<int>(k)));
+    Cable result{model().name, {}, threshold_mV(), amplitude, duration};
+    for (size_t k = 0; k < model().parameters.size(); ++k) result.cell.push_back(cell(static_cast<int>(k)));
     return result;
   }
   /// The rate that lifts a passive cell from rest to the threshold in `length` ms.
-  double lift(double length) const {
-    return (threshold_mV() - run(regions.cell_offset + model.rest)) / length;
-  }
+  double lift(double length) const { return (threshold_mV() - cell(model().rest)) / length; }
   /// Twice what lifts a passive cell to the threshold: starts a front wherever there can be one.
   Cable pulse() const { return cable(2 * lift(pulse_ms), pulse_ms); }
 };
@@ -51,22 +50,22 @@ struct RegionNumbers {
 
 std::vector<RegionFront> region_fronts(Conduction& conduction, const Scene& scene,
                                        std::span<const Member> members) {
-  const CellModel model = read_cell_model(scene.cell_model);
-  const RegionParameters regions = region_parameters(scene, model);
+  const CellModels models(scene);
+  const RegionParameters regions = region_parameters(scene);
   std::vector<Cable> cables;
   for (const Member& member : members)
-    for (int slot = 0; slot < regions.slots; ++slot)
-      cables.push_back(RegionNumbers{scene, model, regions, member, slot}.pulse());
+    for (size_t r = 0; r < scene.regions.size(); ++r)
+      if (regions.slot[r] >= 0) cables.push_back(RegionNumbers{scene, models, regions, member, r}.pulse());
   const std::vector<Front> fronts = conduction.converged(cables);
   std::vector<RegionFront> result;
   for (const Member& member : members)
     for (size_t r = 0; r < scene.regions.size(); ++r) {
       if (regions.slot[r] < 0) continue;
-      const RegionNumbers numbers{scene, model, regions, member, regions.slot[r]};
+      const RegionNumbers numbers{scene, models, regions, member, r};
       const Front& front = fronts[result.size()];
       const double D_along = numbers.diffusivity(0), D_across = numbers.diffusivity(1);
-      const double given_along = numbers.run(regions.velocity_offset);
-      const double given_across = numbers.run(regions.velocity_offset + 1);
+      const double given_along = numbers.tissue(regions.velocity_offset);
+      const double given_across = numbers.tissue(regions.velocity_offset + 1);
       result.push_back({static_cast<int>(r), front, D_along, D_across,
                         given_along > 0 ? given_along : front.speed * std::sqrt(D_along),
                         given_across > 0 ? given_across : front.speed * std::sqrt(D_across),
@@ -127,8 +126,8 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain,
   };
 
   // Speeds, triggers and latencies by member and region; stimuli only where they act.
-  const CellModel model = read_cell_model(scene_.cell_model);
-  const RegionParameters regions = region_parameters(scene_, model);
+  const CellModels models(scene_);
+  const RegionParameters regions = region_parameters(scene_);
   const auto slots = static_cast<std::size_t>(regions.slots), stimuli = scene_.stimuli.size();
   std::vector<double> speeds;
   for (const RegionFront& front : region_fronts(conduction_, scene_, members)) {
@@ -151,8 +150,10 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain,
     const std::vector<double> block = stimulus_block(scene_, members[m].values);
     beats.push_back(stimuli > 0 ? block[2] : 0);
     beats.push_back(stimuli > 0 && block[2] > 0 ? std::floor(block[3]) : 1);
-    for (size_t slot = 0; slot < slots; ++slot) {
-      const RegionNumbers numbers{scene_, model, regions, members[m], static_cast<int>(slot)};
+    for (size_t r = 0; r < scene_.regions.size(); ++r) {
+      if (regions.slot[r] < 0) continue;
+      const auto slot = static_cast<std::size_t>(regions.slot[r]);
+      const RegionNumbers numbers{scene_, models, regions, members[m], r};
       constexpr double until_activated = 1000;
       triggers.push_back(numbers.cable(numbers.lift(trigger_length_ms), until_activated));
       for (size_t k = 0; k < stimuli; ++k) {

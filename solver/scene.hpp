@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,6 +54,13 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
+/// Cell parameters that vary through the wall: each has slopes electrophysiology.heterogeneity.<name>.<basis>
+/// (solver/heterogeneity.hpp).
+struct Heterogeneity {
+  std::vector<std::string> parameters;  ///< names of cell parameters; empty: none varies
+  std::vector<std::string> regions;     ///< where they vary; empty: as heterogeneous_regions() says
+};
+
 struct EcgRequest {};               ///< twelve leads
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
@@ -65,6 +73,8 @@ struct Scene {
   std::vector<Shape> shapes;                      ///< geometry `shapes`
   std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
+  std::map<std::string, std::string> region_cell_models;  ///< by name of a region: the model that it has instead
+  Heterogeneity heterogeneity;
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
   TorsoKind torso = TorsoKind::cylinder;

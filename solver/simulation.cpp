@@ -106,6 +106,7 @@ void Simulation::State::prepare(std::span<const Member> members) {
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   tissue.build(parameters, static_cast<int>(members.size()));
   tissue.build_fibres(parameters);
+  if (!scene.heterogeneity.parameters.empty()) tissue.build_coordinates(parameters);
   monodomain.assemble(tissue, diffusion, parameters, members);
   if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);

@@ -59,7 +59,7 @@ Grid make_grid(const Scene& scene, std::span<const Member> members) {
 
 Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   Definitions result;
-  const RegionParameters regions = region_parameters(scene, read_cell_model(scene.cell_model));
+  const RegionParameters regions = region_parameters(scene);
   std::string excitable = "{", slot = "constant int region_slot[] = {";
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     excitable += scene.regions[r].excitable ? "1," : "0,";
@@ -78,8 +78,6 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   define("REGION_FIRST", regions.first);
   define("REGION_STRIDE", regions.stride);
   define("REGION_SLOTS", regions.slots);
-  define("REGION_CELL_OFFSET", regions.cell_offset);
-  define("CELL_FIRST", regions.cell_first);
   if (scene.precision == Precision::double_) result.options.push_back("DOUBLE");
   return result;
 }

@@ -213,7 +213,9 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_Kbufss] = p[P_Kbufss_mM];
 }
 
-real cell_fastest_rate(const real *p) { return 4; }
+// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 0.2 ms, calcium within 0.3 % and the reaction's
+// share of a front's error is 0.2 %. The upstroke quickens about with the root of the sodium conductance.
+real cell_fastest_rate(const real *p) { return R(3.9) * fmax(R(1.0), sqrt(p[P_gNa] / R(14.838))); }
 
 // 1 - exp(-z) for z > 0 to z^5/720: the share of the way to its end that a gate goes in a step of z time constants. Below 1 for
 // every z, so that gates stay in [0, 1]; largest at z = sqrt(12), where it is held.
@@ -229,9 +231,17 @@ static inline realv ten_tusscher_ghk(realv x, realv e) {
   return WHERE(isless(fabs(x), (realv)(R(0.5))), series, x / (e - 1));
 }
 
-// One step of dt ms. The gates go first, by their exact exponentials at V (Rush & Larsen 1978): that puts them half a step behind
-// and half a step ahead of V, as a leap-frog does, and so the upstroke is second order in dt. Then V with these gates, its
-// linear part by an exponential too. stimulus in mV/ms; potassium carries it.
+// m after dt ms at the potential v, with e5 = exp(v / 5).
+static inline realv ten_tusscher_m(realv m, realv v, realv e5, real dt) {
+  const realv closed = 1 + exp((v + R(56.86)) * (-1 / R(9.03))), end = 1 / (closed * closed);
+  const realv a = 1 + R(6.14421235332821e-06) / e5, b1 = 1 + R(1096.63315842846) * e5, b2 = 1 + exp((v - 50) * R(0.005));
+  return fma(exp(-dt * (10 * a * b1 * b2 / (b1 + b2))), m - end, end);
+}
+
+// One step of dt ms. The gates go first, by their exponentials at V (Rush & Larsen 1978): that puts them half a step behind and half a
+// step ahead of V, as a leap-frog does. Then V with these gates, its linear part by an exponential too: second order in dt for a
+// cell by itself. In tissue diffusion changes V between steps and only m, the one gate as fast as that, would feel it: m goes half
+// a step before and half a step after V (measured: fronts 4 times nearer their limit). stimulus in mV/ms; potassium carries it.
 void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
   const realv v = *V;
   const realv Cai = state[S_Cai], CaSR = state[S_CaSR], CaSS = state[S_CaSS];
@@ -244,16 +254,10 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
 
 #define TOWARDS(gate, end, rate) state[S_##gate] = fma(ten_tusscher_share(dt * (rate)), (end) - state[S_##gate], state[S_##gate])
 #define C(x) ((realv)(R(x)))
-  // Fast sodium current.
-  {
-    const realv closed = 1 + exp((v + R(56.86)) * (-1 / R(9.03))), end = 1 / (closed * closed);
-    const realv a = 1 + C(6.14421235332821e-06) / e5, b1 = 1 + C(1096.63315842846) * e5, b2 = 1 + exp((v - 50) * R(0.005));
-    const realv rate = 10 * a * b1 * b2 / (b1 + b2);
-    state[S_m] = fma(exp(-dt * rate), state[S_m] - end, end);
-  }
+  state[S_m] = ten_tusscher_m(state[S_m], v, e5, R(0.5) * dt);
   {
     const realv open = 1 + exp((v + R(71.55)) * (1 / R(7.43))), end = 1 / (open * open);
-    const intv low = isless(v, C(-40.0));
+    const intv low = isless(v, C(-40.0)), high = isgreaterequal(v, C(-40.0));
     realv rate_h = 0, rate_j = 0;
     if (ANY(low)) {
       rate_h = R(0.057) * exp((v + 80) * (-1 / R(6.8))) + R(2.7) * exp(v * R(0.079)) + R(3.1e5) * exp(v * R(0.3485));
@@ -261,7 +265,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
                             (1 + exp((v + R(79.23)) * R(0.311)));
       rate_j = opening + R(0.02424) * exp(v * R(-0.01052)) / (1 + exp((v + R(40.14)) * R(-0.1378)));
     }
-    if (ANY(~low)) {
+    if (ANY(high)) {
       const realv high_h = R(5.92307692307692) / (1 + exp((v + R(10.66)) * (-1 / R(11.1))));
       const realv high_j = R(0.6) * exp(v * R(0.057)) * e10 / (e10 + R(0.0407622039783662));
       rate_h = WHERE(low, rate_h, high_h);
@@ -366,4 +370,5 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   const realv z_ss = dt * fma(free_ss, slope, 2 * css * d[D_buffer_ss] * bound_ss * bound_ss * flux);
   state[S_CaSS] =
       fma(dt * free_ss / fma(z_ss, fma(z_ss, (realv)(R(1.0) / 12), (realv)(R(-0.5))), (realv)(1)), flux, CaSS);
+  state[S_m] = ten_tusscher_m(state[S_m], *V, exp(*V * R(0.2)), R(0.5) * dt);
 }
