@@ -120,12 +120,12 @@ kernel void front_slowness(global const real *restrict T, global const real *res
 
 // The trigger: a stimulus that ends when the front arrives, as long as the cell model needs to its threshold.
 // trigger (members, REGION_SLOTS, 2): amplitude mV/ms, length ms. Beats: count arrivals, period ms apart.
-// activation: see monodomain.cl; a first crossing within this stimulus is recorded here.
+// activation: see monodomain.cl; a crossing within this stimulus is recorded here.
 kernel void trigger_cells(global real *restrict V, global const real *restrict arrival,
                           global const ushort *restrict member_of, global const uchar *restrict region,
                           global const real *restrict trigger, global const real *restrict parameters,
                           global float *restrict activation, global const real *restrict beats, const real time_whole,
-                          const real time_fraction, const real dt) {
+                          const real time_fraction, const real dt, const int stride) {
   const int i = get_global_id(0), r = region[i];
   if (r == NO_REGION || !(arrival[i] < UNREACHED)) return;
   const int member = member_of[i / LANES];
@@ -139,7 +139,13 @@ kernel void trigger_cells(global real *restrict V, global const real *restrict a
   V[i] = after;
 #ifdef ACTIVATION
   const real threshold = parameters[(size_t)member * PARAMETERS + PARAM_electrophysiology_activation_threshold_mV];
-  if (activation[i] < 0 && before < threshold && after >= threshold)
-    activation[i] = (float)(time_whole + (time_fraction + dt * (threshold - before) / (after - before)));
+  if (before < threshold && after >= threshold) {
+    const float when = (float)(time_whole + (time_fraction + dt * (threshold - before) / (after - before)));
+    if (activation[i] < 0) activation[i] = when;
+#ifdef BEATS
+    activation[i + (size_t)stride] = when;
+    activation[i + 2 * (size_t)stride] += 1;
+#endif
+  }
 #endif
 }

@@ -133,7 +133,6 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   with_initial_ = initial != nullptr;
   if (with_initial_) initial_ = *initial;
   const auto n = static_cast<std::size_t>(tissue.stride);
-  const auto real = static_cast<double>(real_bytes(precision_));
   const double cells = static_cast<double>(n);
   const cl::NDRange global(n), local(Tissue::group);
   cl::CommandQueue& queue = launcher_.queue();

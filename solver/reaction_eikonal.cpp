@@ -88,6 +88,7 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("STIMULI=" + std::to_string(stimuli));
   if (scene.activation) options.push_back("ACTIVATION");
+  if (activation_fields(scene) > 1) options.push_back("BEATS");
   const cl::Program program =
       device.build({"segments.clh", "stimulus.clh", "diffusion.clh", "reaction_eikonal.cl"}, options,
                    definitions.generated);
@@ -220,7 +221,7 @@ void ReactionEikonal::trigger(const Tissue& tissue, Monodomain& monodomain, cons
   launcher_(trigger_cells_, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (1 + static_cast<double>(real_bytes(scene_.precision))),
             monodomain.potential(), eikonal_.arrival(), tissue.member_of, tissue.region, trigger_, parameters,
-            monodomain.activation(), beats_, Real{whole}, Real{time_ms - whole}, Real{dt_ms});
+            monodomain.activation(), beats_, Real{whole}, Real{time_ms - whole}, Real{dt_ms}, tissue.stride);
 }
 
 std::string ReactionEikonal::defect(const Tissue& tissue, const Monodomain& monodomain, std::size_t m,
