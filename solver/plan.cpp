@@ -25,6 +25,17 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
                            " bytes, and there are " + std::to_string(limit) + " bytes");
 }
 
+// Whether the stimuli start one front, or one that comes again and again.
+bool one_front(const Scene& scene, std::span<const double> values) {
+  constexpr double beat_ms = 100;  // what starts later is another beat
+  const std::vector<double> block = stimulus_block(scene, values);
+  for (size_t k = 0; k < block.size(); k += stimulus_numbers) {
+    const bool same_train = block[k + 2] == block[2] && (block[2] <= 0 || block[k + 3] == block[3]);
+    if (!same_train || std::abs(block[k] - block[0]) > beat_ms) return false;
+  }
+  return true;
+}
+
 // Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
 void choose_activation(Device& device, const Scene& scene, const Member& base, double dx_mm, Plan& plan) {
   Conduction conduction(device, scene.precision);
@@ -56,6 +67,8 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
   };
   if (scene.stimuli.empty()) {
     plan.activation_reason = "nothing stimulates the tissue: no front to follow";
+  } else if (!one_front(scene, base.values)) {
+    plan.activation_reason = "the stimuli pace more than one front";
   } else if (!conducts) {
     plan.activation_reason = "a cable of these cells conducts no plane front";
   } else if (fewest >= least_cells) {
