@@ -1,6 +1,6 @@
 #include "solver/eikonal_activation.hpp"
 
-#include "solver/geometry.hpp"
+#include "solver/electrophysiology.hpp"
 
 namespace cohort {
 
@@ -21,6 +21,20 @@ std::string EikonalActivation::refusal(const Scene& scene) {
   if (!scene.stimuli.empty())
     return "activation: eikonal starts at the nodes of the conduction system; stimuli have no effect beside "
            "it";
+  const RegionParameters regions = region_parameters(scene);
+  std::vector<double> values = scene.parameters.values();
+  scene.parameters.resolve(values);
+  for (size_t r = 0; r < scene.regions.size(); ++r) {
+    if (regions.slot[r] < 0) continue;
+    const auto first =
+        values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
+    if (!(first[0] > 0) || !(first[1] > 0))
+      return "activation: eikonal needs velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms; "
+             "region \"" +
+             scene.regions[r].name + "\" has none";
+  }
+  if (activation_fields(scene) > 1)
+    return "activation: eikonal knows one beat, and outputs.activation asks for beats";
   return {};
 }
 

@@ -13,7 +13,7 @@ namespace {
 constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
 constexpr const char* niederer = "Niederer et al. 2011, table 1";
 
-// The conductivities that a region may set for itself, in the order of its run in the table.
+// The conductivities and velocities that a region may set for itself, in the order of its run in the table.
 const std::vector<Parameter>& conductivities() {
   static const std::vector<Parameter> list = {
       {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
@@ -25,10 +25,12 @@ const std::vector<Parameter>& conductivities() {
       {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
        "intracellular conductivity across fibres, source of the ECG",
        "ratio to the longitudinal one as in the monodomain conductivities"},
-      {"velocity_longitudinal_mm_per_ms", "mm/ms", 0, 0, 10, "conduction velocity along fibres",
-       "measured in a cable while 0"},
-      {"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10, "conduction velocity across fibres",
-       "measured in a cable while 0"},
+      {"velocity_longitudinal_mm_per_ms", "mm/ms", 0, 0, 10,
+       "eikonal conduction velocity along fibres; 0: that of the cell model in a cable of this conductivity",
+       "the cell model"},
+      {"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10,
+       "eikonal conduction velocity across fibres; 0: that of the cell model in a cable of this conductivity",
+       "the cell model"},
   };
   return list;
 }

@@ -102,8 +102,8 @@ struct Scene {
   ParameterTable parameters;  ///< filled by declare_parameters
 };
 
-/// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest and
-/// the number of activations too.
+/// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest
+/// and the number of activations too.
 inline int activation_fields(const Scene& scene) {
   return !scene.activation ? 0 : scene.activation->beats ? 3 : 1;
 }

@@ -15,6 +15,7 @@
 #include "solver/monodomain.hpp"
 #include "solver/observer.hpp"
 #include "solver/probes.hpp"
+#include "solver/reaction_eikonal.hpp"
 #include "solver/recorder.hpp"
 #include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
@@ -79,6 +80,8 @@ struct Simulation::State {
       eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
       if (scene.ecg) templates.emplace(launcher, scene, definitions, plan.members_per_device);
     }
+    if (plan.activation == ActivationMethod::reaction_eikonal)
+      reaction_eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
     if (activation_fields(scene) > 1)
       probes.emplace(launcher, scene, definitions, plan.members_per_device, samples_of(scene) + 1);
     if (scene.ecg) lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
@@ -89,11 +92,12 @@ struct Simulation::State {
   void prepare(std::span<const Member> members);
   std::string defect(std::size_t m, const Member& member);
   bool in_torso(std::size_t m, const Member& member);
+  void advance(double time_ms, const TimeSteps& steps, bool first);
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
              double timeout_s);
   void project(std::span<const Member> members, std::span<Recording* const> recordings);
-  void store_features(std::span<const float> activation, std::span<const float> probe_potential, std::size_t m,
-                      const Member& member, Recording& recording) const;
+  void store_features(std::span<const float> activation, std::span<const float> probe_potential,
+                      std::size_t m, const Member& member, Recording& recording) const;
   void store_sample(int sample, double time_ms, const double* row, std::span<Recording* const> recordings);
 
   const Scene& scene;
@@ -105,6 +109,7 @@ struct Simulation::State {
   Monodomain monodomain;
   std::optional<EikonalActivation> eikonal;  ///< activation: eikonal, without a time loop
   std::optional<TemplateEcg> templates;
+  std::optional<ReactionEikonal> reaction_eikonal;
   std::optional<LeadWeights> lead_weights;
   Recorder recorder;
   std::optional<Probes> probes;
@@ -129,11 +134,13 @@ void Simulation::State::prepare(std::span<const Member> members) {
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   tissue.build(parameters, static_cast<int>(members.size()));
   tissue.build_fibres(parameters);
-  if (eikonal || !scene.heterogeneity.parameters.empty()) tissue.build_coordinates(parameters);
+  if (scene.conduction_system || !scene.heterogeneity.parameters.empty())
+    tissue.build_coordinates(parameters);
   if (eikonal)
     eikonal->assemble(tissue, parameters, members);
   else
     monodomain.assemble(tissue, diffusion, parameters, members);
+  if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, parameters, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
 }
 
@@ -177,6 +184,10 @@ std::string Simulation::State::defect(std::size_t m, const Member& member) {
   for (size_t k = 0; k < scene.stimuli.size(); ++k)
     if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
   if (eikonal && !eikonal->defect(m).empty()) return eikonal->defect(m);
+  if (reaction_eikonal) {
+    const std::string reason = reaction_eikonal->defect(tissue, monodomain, m, member);
+    if (!reason.empty()) return reason;
+  }
   if (!in_torso(m, member)) return "the heart does not lie inside the torso";
   return {};
 }
@@ -219,7 +230,8 @@ void Simulation::State::store_features(std::span<const float> activation,
                                        const Member& member, Recording& recording) const {
   if (recording.outcome != Outcome::done) return;
   std::vector<float> features;
-  if (scene.activation) features = activation_features(scene, tissue, activation, m, member.values, probe_potential);
+  if (scene.activation)
+    features = activation_features(scene, tissue, activation, m, member.values, probe_potential);
   if (scene.ecg) {
     const std::vector<float> measured = ecg_features(recording.ecg, sampling_interval_ms(scene));
     features.insert(features.end(), measured.begin(), measured.end());
@@ -254,6 +266,12 @@ void Simulation::State::project(std::span<const Member> members, std::span<Recor
     recordings[m]->device_s = share_s;
     simulated_ms += end_ms;
   }
+}
+
+// One step of whatever activates the tissue.
+void Simulation::State::advance(double time_ms, const TimeSteps& steps, bool first) {
+  if (reaction_eikonal) reaction_eikonal->trigger(tissue, monodomain, parameters, time_ms, steps.dt_ms);
+  monodomain.advance(tissue, parameters, time_ms, first);
 }
 
 // The time loop of members that share their steps. Nothing in it waits for the device but the fetch of
@@ -299,7 +317,7 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
         observation->sample(launcher, tissue, monodomain, first + k,
                             std::min((first + k) * interval, end_ms));
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
-        monodomain.advance(tissue, parameters, static_cast<double>(step) * steps.dt_ms, step == 0);
+        advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
       launcher.queue().flush();
     }
     recorder.start_fetch(count);
@@ -421,6 +439,8 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
 }
 
 void Simulation::observe(Observer observer) {
+  if (state_->eikonal && observer.interval_ms > 0)
+    throw std::invalid_argument("activation: eikonal has no potentials to show; reaction_eikonal has");
   state_->observation.emplace(std::move(observer), state_->scene.precision,
                               sampling_interval_ms(state_->scene));
 }
