@@ -4,6 +4,7 @@
 
 #include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
+#include "ensemble/suggest.hpp"
 #include "solver/conduction_system.hpp"
 
 // electrophysiology.conduction_system: its structure; numbers are left for read_parameters.
@@ -14,6 +15,8 @@ namespace {
 /// The early sites: each of the normal ones unless it is off, and those of other names with a surface.
 void read_early_sites(Node& sites, ConductionSystem& system, Mistakes& mistakes) {
   using Surface = ConductionSystem::Surface;
+  std::vector<std::string> normal_names;
+  for (const ConductionSystem::EarlySite& site : system.early_sites) normal_names.push_back(site.name);
   for (Node::Entry& entry : sites.entries) {
     Node& node = entry.value;
     sites.known.insert(entry.key);
@@ -28,8 +31,9 @@ void read_early_sites(Node& sites, ConductionSystem& system, Mistakes& mistakes)
       node.read = true;
     } else if (node.kind != Node::Kind::map) {
       node.read = true;
-      mistakes.add(entry.place, fmt::format("{} takes its numbers{}", node.path,
-                                            normal ? ", or \"off\" to leave it out" : " and a surface"));
+      mistakes.add(entry.place, normal ? fmt::format("{} takes its numbers, or \"off\"", node.path)
+                                       : fmt::format("{} is no site of the normal heart{}", node.path,
+                                                     suggestion(entry.key, normal_names)));
     } else if (!normal) {
       ConductionSystem::EarlySite added{entry.key, Surface::lv};
       if (Node* surface = take(node, "surface"))
@@ -38,9 +42,8 @@ void read_early_sites(Node& sites, ConductionSystem& system, Mistakes& mistakes)
             {{"lv", Surface::lv}, {"rv_septum", Surface::rv_septum}, {"rv_free_wall", Surface::rv_free_wall}},
             added.surface, mistakes);
       else
-        mistakes.add(entry.place, fmt::format("\"surface\" is missing in {}: lv, rv_septum or rv_free_wall; "
-                                              "without one it is {}",
-                                              node.path, "no site of the normal heart"));
+        mistakes.add(entry.place,
+                     fmt::format("\"surface\" is missing in {}: lv, rv_septum or rv_free_wall", node.path));
       system.early_sites.push_back(std::move(added));
     }
   }

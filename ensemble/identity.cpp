@@ -42,6 +42,9 @@ std::string geometry(const Scene& scene) {
 std::string physics(const Scene& scene) {
   std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
                                  word(scene.precision, {"single", "double"}));
+  text += fmt::format("activation by {}\n",
+                      word(scene.activation_method,
+                           {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
   for (const auto& [region, model] : scene.region_cell_models)
     text += fmt::format("cell_model {} in {}\n", model, region);
   if (!scene.heterogeneity.parameters.empty())

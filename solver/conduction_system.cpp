@@ -39,7 +39,7 @@ void declare_conduction_system(Scene& scene) {
   if (scene.geometry != GeometryKind::heart)
     throw std::invalid_argument("electrophysiology.conduction_system: only the heart has one");
   ParameterTable& table = scene.parameters;
-  table.add({root + "sinoatrial_start_ms", "ms", 20, 0, 1e6, "when the sinoatrial node fires",
+  table.add({root + "sinoatrial_start_ms", "ms", 10, 0, 1e6, "when the sinoatrial node fires",
              "leaves a baseline before the P wave"});
   if (scene.conduction_system->kind == ConductionSystem::Kind::delay)
     table.add({root + "atrioventricular_delay_ms", "ms", 92, 0, 1000,

@@ -439,8 +439,10 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
 }
 
 void Simulation::observe(Observer observer) {
-  if (state_->eikonal && observer.interval_ms > 0)
-    throw std::invalid_argument("activation: eikonal has no potentials to show; reaction_eikonal has");
+  if (state_->eikonal && observer.interval_ms > 0) {
+    spdlog::warn("activation: eikonal keeps no potentials to show; reaction_eikonal and monodomain do");
+    observer.interval_ms = 0;
+  }
   state_->observation.emplace(std::move(observer), state_->scene.precision,
                               sampling_interval_ms(state_->scene));
 }
