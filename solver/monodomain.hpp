@@ -52,6 +52,11 @@ class Monodomain {
   /// (stride) bit k where stimulus k acts.
   const std::vector<std::uint8_t>& stimulated_by() const { return stimulated_by_host_; }
   double dt_ms() const { return dt_ms_; }
+  /// The same mask and the stimuli's numbers (members, stimuli, stimulus_numbers) on the device.
+  const cl::Buffer& stimulated_by_mask() const { return stimulated_by_; }
+  const cl::Buffer& stimuli() const { return stimuli_buffer_; }
+  /// Steps take no stimulus from now on until assemble(): something else starts the front.
+  void silence_stimuli() { stimuli_.clear(); }
 
   /// Device bytes for `stride` compact cells, at most.
   static std::size_t bytes(const Scene& scene, std::int64_t stride);
