@@ -242,6 +242,8 @@ void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
   const Node* activation_key = outputs.find("activation");
   if (Node* activation = take_map(outputs, "activation", mistakes)) {
     scene.activation.emplace();
+    if (Node* beats = take(*activation, "beats"))
+      scene.activation->beats = read_bool(*beats, beats->path, mistakes).value_or(false);
     if (Node* probes = take_map(*activation, "probes", mistakes)) {
       for (Node::Entry& entry : probes->entries) {
         probes->known.insert(entry.key);
