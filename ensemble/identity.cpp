@@ -58,7 +58,9 @@ std::string outputs(const Scene& scene) {
   std::string text;
   if (scene.ecg)
     text += fmt::format("ecg torso {}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}));
-  if (scene.activation) text += fmt::format("activation [{}]\n", fmt::join(scene.activation->probes, " "));
+  if (scene.activation)
+    text += fmt::format("activation [{}]{}\n", fmt::join(scene.activation->probes, " "),
+                        scene.activation->beats ? " beats" : "");
   return text;
 }
 
