@@ -65,8 +65,10 @@ def draw_cut(axes, image, axis, index, norm, levels):
     if activated.any():
         times = numpy.ma.masked_where(~(inside & reached), refined(spread(activation, activated, 3)))
         filled = axes.contourf(x, y, times, levels=levels, cmap=MAP, norm=norm, extend="neither")
-        lines = axes.contour(x, y, times, levels=levels, colors="black", linewidths=0.5)
-        axes.clabel(lines, levels[::2] if len(levels) > 8 else levels, fmt="%g", fontsize=7, inline_spacing=2)
+        crossed = levels[(levels > times.min()) & (levels < times.max())]
+        if len(crossed):
+            lines = axes.contour(x, y, times, levels=crossed, colors="black", linewidths=0.5)
+            axes.clabel(lines, crossed[::2] if len(crossed) > 10 else crossed, fmt="%g", fontsize=7, inline_spacing=2)
     drawn = numpy.argwhere(inside)
     if len(drawn):
         for limits, values, column in ((axes.set_xlim, x, 1), (axes.set_ylim, y, 0)):
@@ -80,7 +82,7 @@ def draw_cut(axes, image, axis, index, norm, levels):
 def isochrones(activation, step):
     """Levels from below the first to above the last activation."""
     first, last = numpy.nanmin(activation), numpy.nanmax(activation)
-    step = step or next((s for s in STEPS if (last - first) / s <= 16), STEPS[-1])
+    step = step or next((s for s in STEPS if (last - first) / s <= 20), STEPS[-1])
     return step * numpy.arange(numpy.floor(first / step), max(numpy.ceil(last / step), numpy.floor(first / step) + 1) + 1)
 
 
@@ -116,7 +118,7 @@ def main(arguments=None):
     parser.add_argument("folder", help="folder that --export vtk wrote, or the tissue.vti in it")
     parser.add_argument("-o", "--output", help="PNG, PDF or SVG; default: the folder's name with _activation.png for _vtk")
     parser.add_argument("--at", help="x,y,z in mm, where the cuts meet; default: the middle of the tissue")
-    parser.add_argument("--step", type=float, help="ms between isochrones; default: at most 16 of them")
+    parser.add_argument("--step", type=float, help="ms between isochrones; default: at most 20 of them")
     options = parser.parse_args(arguments)
     path = pathlib.Path(options.folder)
     path = path / "tissue.vti" if path.is_dir() else path

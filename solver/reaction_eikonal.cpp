@@ -79,10 +79,11 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
     : launcher_(launcher),
       scene_(scene),
       conduction_(launcher.device(), scene.precision),
-      eikonal_(launcher, scene, definitions),
+      eikonal_(launcher, scene, definitions, activation_graphs(scene)),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
       members_per_batch_(members_per_batch) {
   Device& device = launcher.device();
+  if (scene.conduction_system) network_.emplace(launcher, scene, definitions, members_per_batch);
   const auto stimuli = std::max<std::size_t>(scene.stimuli.size(), 1);
   std::vector<std::string> options = definitions.options;
   options.push_back("WIDTH=" + std::to_string(width_));
@@ -108,7 +109,7 @@ std::size_t ReactionEikonal::bytes(std::int64_t stride, Precision precision) {
   return Eikonal::bytes(stride, precision) + static_cast<std::size_t>(stride) * 4 * real_bytes(precision);
 }
 
-void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain,
+void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,
                                std::span<const Member> members) {
   Device& device = launcher_.device();
   cl::CommandQueue& queue = launcher_.queue();
@@ -190,7 +191,14 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain,
               tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.place, tissue.member_of,
               tissue.region, monodomain.stimulated_by_mask(), tissue.fibre, speed_, latency_, initial_,
               tissue.stride, static_cast<int>(tissue.places.size()) * Tissue::lanes);
-  eikonal_.solve(tissue, speed_, nullptr, stimuli > 0 ? &initial_ : nullptr, {});
+  std::optional<Eikonal::Sheet> sheet;
+  std::vector<Eikonal::Source> sources;
+  if (network_) {
+    network_->assemble(tissue, parameters, members);
+    sheet.emplace(network_->sheet());
+    sources = network_->sources();
+  }
+  eikonal_.solve(tissue, speed_, sheet ? &*sheet : nullptr, stimuli > 0 ? &initial_ : nullptr, sources);
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
   queue.enqueueFillBuffer(slowness_, cl_uchar{0}, 0, n * real);
   launcher_(front_slowness_, cl::NDRange(cells / static_cast<size_t>(width_)),
@@ -226,6 +234,7 @@ void ReactionEikonal::trigger(const Tissue& tissue, Monodomain& monodomain, cons
 
 std::string ReactionEikonal::defect(const Tissue& tissue, const Monodomain& monodomain, std::size_t m,
                                     const Member& member) {
+  if (network_ && !network_->missing()[m].empty()) return network_->missing()[m];
   const std::vector<double> block = stimulus_block(scene_, member.values);
   std::vector<double> latest(scene_.stimuli.size(), -1);  // arrival in the cells of each stimulus
   const auto begin =

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "solver/conduction.hpp"
+#include "solver/conduction_system.hpp"
 #include "solver/eikonal.hpp"
 #include "solver/monodomain.hpp"
 
@@ -31,7 +33,9 @@ class ReactionEikonal {
 
   /// Solves for the arrival times of `members`, whose monodomain has been assembled on `tissue`, and takes
   /// their stimuli out of it.
-  void assemble(const Tissue& tissue, Monodomain& monodomain, std::span<const Member> members);
+  /// With a conduction system the tissue's coordinates must have been built.
+  void assemble(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,
+                std::span<const Member> members);
 
   /// The trigger during [time, time + dt], before the monodomain's step.
   void trigger(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters, double time_ms,
@@ -49,6 +53,7 @@ class ReactionEikonal {
   const Scene& scene_;
   Conduction conduction_;
   Eikonal eikonal_;
+  std::optional<ConductionNetwork> network_;
   int width_, members_per_batch_, capacity_ = 0;
   double first_ms_ = 0, last_ms_ = 0;  ///< of all triggers of the batch
   std::vector<double> host_arrival_;
