@@ -85,7 +85,7 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
   }
   if (plan.activation != ActivationMethod::automatic) return;
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
-  // wide the speed is up to a tenth too low, of one of half a cell less than half is left.
+  // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
   constexpr double least_cells = 1.5;
   plan.activation = ActivationMethod::monodomain;
   const auto text = [](double x) {
