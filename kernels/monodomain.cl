@@ -44,8 +44,8 @@ inline void react(realv *V, global real *restrict states, global const real *res
 
 // V_new = V + dt_diffusion L V_stage after the reaction over dt, all mV and ms; the step begins at time_whole + time_fraction
 // (see stimulus.clh). V_before: potential at the start of the step, V itself unless diffusion substeps came between.
-// states (states of the model that has most, stride). activation: time of the first upward crossing of
-// the threshold, -1 before it; with BEATS (3, stride): behind it the time of the latest crossing and the number of them.
+// states (states of the model that has most, stride). activation: time of the first upward crossing of the threshold, -1 before
+// it; with BEATS (3, stride): behind it the time of the latest crossing and the number of them.
 kernel void monodomain_step(global const real *V_stage, global const real *V, global const real *V_before,
                             global real *restrict V_new, global real *restrict states,
                             global const real *restrict stencil, global const real *restrict inverse_capacity,
