@@ -34,7 +34,9 @@ std::string geometry(const Scene& scene) {
                         fmt::join(shape.operands, " "));
   for (const Region& region : scene.regions)
     text += fmt::format("region {} shape \"{}\" {} fibres {}\n", region.name, region.shape,
-                        region.excitable ? "excitable" : "insulating",
+                        region.excitable ? "excitable"
+                        : region.bath    ? "bath"
+                                         : "insulating",
                         word(region.fibres, {"none", "constant", "transmural"}));
   return text;
 }
@@ -47,6 +49,10 @@ std::string physics(const Scene& scene) {
   if (!scene.heterogeneity.parameters.empty())
     text += fmt::format("heterogeneity [{}] in [{}]\n", fmt::join(scene.heterogeneity.parameters, " "),
                         fmt::join(scene.heterogeneity.regions, " "));
+  if (scene.activation_method != ActivationMethod::automatic)
+    text += fmt::format("activation method {}\n",
+                        word(scene.activation_method,
+                             {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
                         word(stimulus.kind, {"box", "sphere", "site"}), stimulus.site);
@@ -57,7 +63,8 @@ std::string physics(const Scene& scene) {
 std::string outputs(const Scene& scene) {
   std::string text;
   if (scene.ecg)
-    text += fmt::format("ecg torso {}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}));
+    text += fmt::format("ecg torso {}{}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}),
+                        word(scene.ecg->method, {"", " forward"}));
   if (scene.activation)
     text += fmt::format("activation [{}]{}\n", fmt::join(scene.activation->probes, " "),
                         scene.activation->beats ? " beats" : "");

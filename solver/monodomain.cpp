@@ -167,7 +167,9 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     derived_fields_ =
         device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
-  diffusion.assemble(tissue, parameters, 0, 1.0, Diffusion::Use::monodomain, stencil_);
+  const int conductivity =
+      scene_.activation_method == ActivationMethod::bidomain ? regions_.intracellular_offset : 0;
+  diffusion.assemble(tissue, parameters, conductivity, 1.0, Diffusion::Use::monodomain, stencil_);
   diffusion_limit_ms_.clear();
   for (const double largest : diffusion.bound(tissue, stencil_))
     diffusion_limit_ms_.push_back(largest > 0 ? 2 / largest : std::numeric_limits<double>::infinity());
@@ -242,10 +244,6 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
 }
 
 void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
-  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  const cl::NDRange global(cells / static_cast<size_t>(width_));
-  const cl::NDRange local(Tissue::block_cells / static_cast<size_t>(width_));
-  const auto bytes = static_cast<double>(cells);
   const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
   const cl::Buffer* before = &potential_[current_];
   if (substeps_ > 1 && scene_.activation) {
@@ -258,15 +256,31 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
     current_ = 1 - current_;
   }
   diffusion_stage(tissue, potential_[current_], potential_[current_], stage_, 0.5 * dt_diffusion);
+  step(tissue, parameters, time_ms, stage_, potential_[current_], *before, dt_diffusion);
+}
+
+void Monodomain::react(const Tissue& tissue, const cl::Buffer& parameters, double time_ms,
+                       const cl::Buffer& diffused) {
+  step(tissue, parameters, time_ms, diffused, diffused, potential_[current_], 0);
+}
+
+// The second stage of diffusion and the reaction, from `base` into the potential that is not current.
+void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms,
+                      const cl::Buffer& stage, const cl::Buffer& base, const cl::Buffer& before,
+                      double dt_diffusion) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  const cl::NDRange global(cells / static_cast<size_t>(width_));
+  const cl::NDRange local(Tissue::block_cells / static_cast<size_t>(width_));
+  const auto bytes = static_cast<double>(cells);
   const double whole = std::floor(time_ms);
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
   launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
-            bytes * bytes_per_cell_step(), stage_, potential_[current_], *before, potential_[1 - current_],
-            states_, stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_,
-            derived_fields_, model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters,
-            tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+            bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,
+            tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
+            model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride,
+            Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
   current_ = 1 - current_;
 }
 

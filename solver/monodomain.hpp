@@ -29,6 +29,11 @@ class Monodomain {
   /// One step from time_ms: diffusion (half a step when `first`, which opens the splitting), then reaction.
   void advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first);
 
+  /// The reaction alone of a step from time_ms, on the potential `diffused` that the caller has diffused.
+  void react(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& diffused);
+  /// A step of diffusion alone, from != to.
+  void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
+
   /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays
   /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
@@ -55,7 +60,8 @@ class Monodomain {
   double bytes_per_cell_stage() const;
 
  private:
-  void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
+  void step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& stage,
+            const cl::Buffer& base, const cl::Buffer& before, double dt_diffusion);
   void choose_fields(std::span<const Member> members);
   void build_kernels();
   std::string generated() const;
