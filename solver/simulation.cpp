@@ -352,7 +352,7 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
       if (forward) forward->sample(tissue, *closed, recorder.series(), recorder.quantities(), k);
       if (probes) probes->sample(monodomain.potential(), first + k);
       if (observation)
-        observation->sample(launcher, tissue, monodomain, first + k,
+        observation->sample(launcher, tissue, monodomain, closed, first + k,
                             std::min((first + k) * interval, end_ms));
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
         advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
