@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,12 +20,16 @@ struct CampaignOptions {
   std::vector<std::string> overrides;  ///< "key=value" of each --set, in order
   std::string store;                   ///< --store, or empty
   std::string device;                  ///< --device, or empty
+  std::vector<std::string> exports;    ///< each --export, in order
+  std::int64_t export_member = 0;      ///< --member
+  double export_every_ms = 10;         ///< --export-every
 };
 
 // One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad
 // input is thrown as ConfigError or std::runtime_error; what goes wrong once members run is told and returned
 // as ExitCode::interrupted.
 ExitCode command_run(const CampaignOptions& options);
+ExitCode command_export(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
 ExitCode command_parameters(const CampaignOptions& options);
 ExitCode command_devices();

@@ -19,6 +19,7 @@ struct ShapeWord {
 };
 
 constexpr size_t any_number = 64;
+constexpr size_t most_stimuli = 8;  // bits of a cell's mask, kernels/stimulus.clh
 constexpr ShapeWord shape_words[] = {
     {"box", Shape::Kind::box, 0, 0},
     {"ellipsoid", Shape::Kind::ellipsoid, 0, 0},
@@ -224,6 +225,8 @@ void read_stimuli(Node& stimuli, Scene& scene, Mistakes& mistakes) {
     }
     if (node.read) continue;  // its numbers depend on what is wrong
     scene.stimuli.push_back(std::move(stimulus));
+    if (scene.stimuli.size() == most_stimuli + 1)
+      mistakes.add(entry.place, fmt::format("there are more than {} stimuli", most_stimuli));
   }
 }
 
@@ -252,6 +255,8 @@ void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
   const Node* activation_key = outputs.find("activation");
   if (Node* activation = take_map(outputs, "activation", mistakes)) {
     scene.activation.emplace();
+    if (Node* beats = take(*activation, "beats"))
+      scene.activation->beats = read_bool(*beats, beats->path, mistakes).value_or(false);
     if (Node* probes = take_map(*activation, "probes", mistakes)) {
       for (Node::Entry& entry : probes->entries) {
         probes->known.insert(entry.key);

@@ -65,7 +65,9 @@ std::string outputs(const Scene& scene) {
   if (scene.ecg)
     text += fmt::format("ecg torso {}{}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}),
                         word(scene.ecg->method, {"", " forward"}));
-  if (scene.activation) text += fmt::format("activation [{}]\n", fmt::join(scene.activation->probes, " "));
+  if (scene.activation)
+    text += fmt::format("activation [{}]{}\n", fmt::join(scene.activation->probes, " "),
+                        scene.activation->beats ? " beats" : "");
   return text;
 }
 

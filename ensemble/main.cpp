@@ -47,7 +47,21 @@ int main(int argc, char** argv) {
   add_campaign_options(*run, options, true);
   run->add_option("--store", options.store, "HDF5 file, instead of the campaign file's");
   run->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
-  run->callback([&] { chosen = [&] { return command_run(options); }; });
+  CLI::Option* exported =
+      run->add_option(
+             "--export", options.exports,
+             "instead of the campaign, simulate one member and write it: vtk, its fields for ParaView")
+          ->expected(1)
+          ->take_all();
+  run->add_option("--member", options.export_member, "the member that --export writes; 0 unless given")
+      ->needs(exported);
+  run->add_option("--export-every", options.export_every_ms,
+                  "ms between the potentials of --export vtk; 0: activation only")
+      ->needs(exported)
+      ->check(CLI::NonNegativeNumber);
+  run->callback([&] {
+    chosen = [&] { return options.exports.empty() ? command_run(options) : command_export(options); };
+  });
 
   CLI::App* plan = app.add_subcommand("plan", "what would run and what is left out, memory, steps, seconds");
   add_campaign_options(*plan, options, true);

@@ -81,6 +81,10 @@ kernel void initialise_cells(global const real *restrict parameters, global cons
   V[i] = V_other[i] = rest;
 #ifdef ACTIVATION
   activation[i] = -1;
+#ifdef BEATS
+  activation[i + (size_t)stride] = -1;
+  activation[i + 2 * (size_t)stride] = 0;
+#endif
 #endif
 #if CELL_MODELS > 1
   model_of[i] = region == NO_REGION ? NO_REGION : model;

@@ -7,7 +7,7 @@
 //
 // Needs segments.clh, diffusion.clh, the cell models with reaction.clh behind each, and
 // -D MEMBERS (in the batch), CELL_MODELS, EACH_CELL_MODEL (generated);
-// -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times.
+// -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times;  -D BEATS: and later ones.
 #if !defined(EACH_CELL_MODEL) || !defined(CELL_MODELS) || !defined(MEMBERS)
 #error "monodomain.cl needs cell models and MEMBERS"
 #endif
@@ -44,7 +44,8 @@ inline void react(realv *V, global real *restrict states, global const real *res
 
 // V_new = V + dt_diffusion L V_stage after the reaction over dt, all mV and ms; the step begins at time_whole + time_fraction
 // (see stimulus.clh). V_before: potential at the start of the step, V itself unless diffusion substeps came between.
-// states (states of the model that has most, stride). activation: time of the first upward crossing of the threshold, -1 before it.
+// states (states of the model that has most, stride). activation: time of the first upward crossing of the threshold, -1 before
+// it; with BEATS (3, stride): behind it the time of the latest crossing and the number of them.
 kernel void monodomain_step(global const real *V_stage, global const real *V, global const real *V_before,
                             global real *restrict V_new, global real *restrict states,
                             global const real *restrict stencil, global const real *restrict inverse_capacity,
@@ -78,8 +79,12 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
   if (ANY(crossed)) {
     const realv when = time_whole + (time_fraction + dt * (threshold - before) / (u - before));
     for (int k = 0; k < WIDTH; ++k) {
-      const bool first = LANE(u, k) >= threshold && LANE(before, k) < threshold && activation[i + k] < 0;
-      if (first) activation[i + k] = (float)LANE(when, k);
+      if (!(LANE(u, k) >= threshold && LANE(before, k) < threshold)) continue;
+      if (activation[i + k] < 0) activation[i + k] = (float)LANE(when, k);
+#ifdef BEATS
+      activation[i + k + (size_t)stride] = (float)LANE(when, k);
+      activation[i + k + 2 * (size_t)stride] += 1;
+#endif
     }
   }
 #endif

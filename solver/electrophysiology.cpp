@@ -143,6 +143,8 @@ void declare_stimuli(Scene& scene) {
     table.add({root + "duration_ms", "ms", 2, 1e-3, 1e6, "length of a pulse", niederer});
     table.add({root + "period_ms", "ms", 0, 0, 1e6, "from pulse to pulse; 0: one pulse only", source});
     table.add({root + "count", "1", 1, 1, 1e6, "number of pulses, with a period", source});
+    table.add({root + "s2_interval_ms", "ms", 0, 0, 1e6,
+               "from the start of the last pulse to that of one more, S2; 0: none", source});
     table.add({root + "amplitude_mV_per_ms", "mV/ms", 35.714, -1000, 1000, "rate of change of the potential",
                niederer});
     const Parameter length{"", "mm", 0, -1e4, 1e4, "where it acts", source};

@@ -86,6 +86,7 @@ void Monodomain::build_kernels() {
   };
   std::vector<std::string> setup_options = definitions_.options;
   if (scene_.activation) setup_options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 1) setup_options.push_back("BEATS");
   if (heterogeneous_) setup_options.push_back("HETEROGENEOUS");
   setup_options.push_back("STATES=" + std::to_string(models_.states()));
   setup_options.push_back("DERIVED_CONSTANTS=" + std::to_string(models_.derived()));
@@ -101,6 +102,7 @@ void Monodomain::build_kernels() {
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
   if (scene_.activation) options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 1) options.push_back("BEATS");
   // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler
   // takes. A model of many states would spill.
   constexpr std::size_t few_states = 2;
@@ -125,8 +127,8 @@ std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
   const CellModels models(scene);
   const auto n = static_cast<std::size_t>(stride);
   return n * (real_bytes(scene.precision) * (3 + models.states() + 6 + models.derived()) +
-              (scene.activation ? sizeof(float) : 0) + (scene.stimuli.empty() ? 0 : 1) +
-              (models.all().size() > 1 ? 1 : 0));
+              static_cast<std::size_t>(activation_fields(scene)) * sizeof(float) +
+              (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0));
 }
 
 double Monodomain::bytes_per_cell_stage() const {
@@ -155,7 +157,7 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     stage_ = device.allocate(n * real);
     states_ = device.allocate(n * real * models_.states());
     stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
-    activation_ = device.allocate(scene_.activation ? n * sizeof(float) : 0);
+    activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float));
     stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
     model_of_ = device.allocate(models_.all().size() > 1 ? n : 0);
     fields_allocated_ = -1;

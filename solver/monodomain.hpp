@@ -47,6 +47,7 @@ class Monodomain {
   /// The cells' states (states of the model that has most, stride).
   const cl::Buffer& states() const { return states_; }
   const cl::Buffer& stencil() const { return stencil_; }
+  /// Activation times (activation_fields(scene), stride), kernels/monodomain.cl.
   const cl::Buffer& activation() const { return activation_; }
   /// (stride) bit k where stimulus k acts.
   const std::vector<std::uint8_t>& stimulated_by() const { return stimulated_by_host_; }

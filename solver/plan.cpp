@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include "solver/bidomain.hpp"
 #include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/probes.hpp"
 #include "solver/simulation.hpp"
+#include "solver/stimulus.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -19,6 +22,30 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
   if (needed <= limit) return;
   throw std::runtime_error("too little device memory: " + what + " needs " + std::to_string(needed) +
                            " bytes, and there are " + std::to_string(limit) + " bytes");
+}
+
+// What is odd about the protocol, and for how many members; about the scene's own values where there are
+// none.
+void warn_of_protocol(const Scene& scene, std::span<const Member> members, const Member& base) {
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  std::map<std::string, std::size_t> warnings;
+  for (const Member& member : all)
+    for (const std::string& warning : stimulus_warnings(scene, member.values)) ++warnings[warning];
+  for (const auto& [warning, count] : warnings) {
+    if (count == all.size())
+      spdlog::warn("{}", warning);
+    else
+      spdlog::warn("{}, in {} of {} members", warning, count, all.size());
+  }
+}
+
+void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base) {
+  if (!scene.activation) return;
+  for (const std::string& probe : scene.activation->probes)
+    if (!nearest_cell(tissue, 0, probe_point(scene, probe, base.values)))
+      spdlog::warn(
+          "probe \"{}\" lies outside the tissue of the scene's own values: what it reads is undefined",
+          probe);
 }
 
 }  // namespace
@@ -56,6 +83,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
+  warn_of_protocol(scene, members, base);
+  warn_of_probes(scene, tissue, base);
   plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);
   plan.segments = static_cast<std::size_t>(tissue.stride / Tissue::lanes);
   for (size_t r = 0; r < scene.regions.size(); ++r)

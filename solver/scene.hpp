@@ -69,6 +69,7 @@ struct EcgRequest {
 };
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
+  bool beats = false;  ///< also counts activations, keeps the latest, and measures APD90 and DI at probes
 };
 
 /// What a campaign simulates: the structure that all members share, and the table of every number in it.
@@ -90,6 +91,12 @@ struct Scene {
 
   ParameterTable parameters;  ///< filled by declare_parameters
 };
+
+/// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest and
+/// the number of activations too.
+inline int activation_fields(const Scene& scene) {
+  return !scene.activation ? 0 : scene.activation->beats ? 3 : 1;
+}
 
 /// Fills scene.parameters with everything the scene's structure holds, at defaults: grid, time, geometry,
 /// electrophysiology, stimuli, torso. Call once the structure is set, before any value is.

@@ -13,6 +13,8 @@
 #include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/observer.hpp"
+#include "solver/probes.hpp"
 #include "solver/recorder.hpp"
 #include "solver/time_steps.hpp"
 
@@ -30,6 +32,13 @@ double structural(const Scene& scene, const char* path) {
   return scene.parameters[scene.parameters.index(path)].value;
 }
 
+// Samples of a run, the last one at its end aside.
+int samples_of(const Scene& scene) {
+  constexpr double rounding = 1e-9;
+  return static_cast<int>(
+      std::ceil(structural(scene, "time.end_ms") / sampling_interval_ms(scene) - rounding));
+}
+
 constexpr int samples_per_fetch = 20;
 constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
 
@@ -39,10 +48,8 @@ Layout layout(const Scene& scene) {
   Layout result;
   if (scene.ecg) {
     result.leads = {"I", "II", "III", "aVR", "aVL", "aVF", "V1", "V2", "V3", "V4", "V5", "V6"};
-    const double interval = sampling_interval_ms(scene), end = structural(scene, "time.end_ms");
-    constexpr double rounding = 1e-9;
-    const auto samples = static_cast<int>(std::ceil(end / interval - rounding));
-    for (int k = 0; k < samples; ++k) result.ecg_ms.push_back(k * interval);
+    const double interval = sampling_interval_ms(scene);
+    for (int k = 0; k < samples_of(scene); ++k) result.ecg_ms.push_back(k * interval);
   }
   for (const auto& [name, unit] : activation_feature_names(scene)) {
     result.features.push_back(name);
@@ -62,6 +69,8 @@ struct Simulation::State {
         monodomain(launcher, scene_, definitions, plan.members_per_device),
         recorder(launcher, scene_, definitions, plan.members_per_device, samples_per_fetch),
         shape(layout(scene_)) {
+    if (activation_fields(scene) > 1)
+      probes.emplace(launcher, scene, definitions, plan.members_per_device, samples_of(scene) + 1);
     if (scene.activation_method == ActivationMethod::bidomain)
       bidomain.emplace(launcher, scene, definitions, grid, plan.members_per_device);
     if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
@@ -91,6 +100,8 @@ struct Simulation::State {
   std::optional<LeadWeights> lead_weights;
   std::optional<ForwardEcg> forward;
   Recorder recorder;
+  std::optional<Probes> probes;
+  std::optional<Observation> observation;
   Layout shape;
   cl::Buffer parameters;
   double simulated_ms = 0, cell_updates = 0;
@@ -217,12 +228,14 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   const double end_ms = structural(scene, "time.end_ms"), interval = sampling_interval_ms(scene);
   constexpr double rounding = 1e-9;
   const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));
-  const auto samples = static_cast<int>(std::ceil(end_ms / interval - rounding));
+  const int samples = samples_of(scene);
   const auto loop_start = Clock::now();
 
   monodomain.initialise(tissue, parameters, steps.dt_ms, steps.substeps);
   if (bidomain) bidomain->initialise();
   recorder.prepare(tissue);
+  if (probes) probes->prepare(tissue, members);
+  if (observation) observation->begin(launcher, tissue);
   const cl::Buffer* weights = lead_weights ? &lead_weights->weights() : nullptr;
 
   struct Fetch {
@@ -252,6 +265,9 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
                                            : nullptr;
       recorder.sample(tissue, monodomain, weights, k, closed);
       if (forward) forward->sample(tissue, *closed, recorder.series(), recorder.quantities(), k);
+      if (probes) probes->sample(monodomain.potential(), first + k);
+      if (observation)
+        observation->sample(launcher, tissue, monodomain, first + k, std::min((first + k) * interval, end_ms));
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step) {
         const double time_ms = static_cast<double>(step) * steps.dt_ms;
         if (bidomain)
@@ -281,12 +297,18 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   launcher.profile(false);
 
   if (scene.activation) {
-    std::vector<float> activation(static_cast<size_t>(tissue.stride));
+    std::vector<float> activation(static_cast<size_t>(tissue.stride) *
+                                  static_cast<size_t>(activation_fields(scene)));
     launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, activation.size() * sizeof(float),
                                        activation.data());
+    if (observation)
+      observation->end(std::span<const float>(activation).first(static_cast<size_t>(tissue.stride)));
+    const std::vector<float> series = probes ? probes->series() : std::vector<float>();
+    const std::size_t row = series.size() / members.size();
     for (size_t m = 0; m < members.size(); ++m)
       if (recordings[m]->outcome == Outcome::done)
-        recordings[m]->features = activation_features(scene, tissue, activation, m, members[m].values);
+        recordings[m]->features = activation_features(scene, tissue, activation, m, members[m].values,
+                                                      std::span<const float>(series).subspan(m * row, row));
   }
   const double share_s = seconds_since(loop_start) / static_cast<double>(members.size());
   for (size_t m = 0; m < members.size(); ++m) {
@@ -367,6 +389,11 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
     recording.wall_s = seconds_since(start) / static_cast<double>(members.size());
   }
   return recordings;
+}
+
+void Simulation::observe(Observer observer) {
+  state_->observation.emplace(std::move(observer), state_->scene.precision,
+                              sampling_interval_ms(state_->scene));
 }
 
 std::vector<KernelPerformance> Simulation::performance() const {

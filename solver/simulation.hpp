@@ -13,6 +13,8 @@
 
 namespace cohort {
 
+struct Observer;
+
 /// How a member ended. The numbers stand in the shared file.
 enum class Outcome : std::uint8_t { done = 3, failed = 4, timeout = 5, unstable = 6, rejected = 7 };
 
@@ -96,6 +98,10 @@ class Simulation {
   /// as Outcome::timeout. Throws only for what is wrong with the device (cl::Error); what is wrong with a
   /// member is its outcome.
   std::vector<Recording> run(std::span<const Member> members, double timeout_s);
+
+  /// Shows `observer` (solver/observer.hpp) the first member of every batch from now on; results stay the
+  /// same.
+  void observe(Observer observer);
 
   std::vector<KernelPerformance> performance() const;
   double simulated_ms() const;  ///< summed over members

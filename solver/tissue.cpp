@@ -227,6 +227,17 @@ void Tissue::build_coordinates(const cl::Buffer& parameters) {
             grid_.origin_and_spacing(), first_cell, member_of, region, coordinates, stride);
 }
 
+std::optional<std::size_t> Tissue::cell_at(const std::array<std::int64_t, 3>& cell, std::size_t m) const {
+  const auto& [nx, ny, nz] = grid_.cells;
+  const auto& [x, y, z] = cell;
+  if (x < 0 || y < 0 || z < 0 || x >= nx || y >= ny || z >= nz) return {};
+  const std::int64_t place_in_grid = x + nx * (y + ny * (z + nz * static_cast<std::int64_t>(m)));
+  const auto i = static_cast<std::size_t>(places[static_cast<std::size_t>(place_in_grid / lanes)]) * lanes +
+                 static_cast<std::size_t>(place_in_grid % lanes);
+  if (regions[i] == 255) return {};
+  return i;
+}
+
 std::array<double, 3> Tissue::centre(std::size_t place_in_fields) const {
   const std::int64_t cell =
       (first_cells[place_in_fields / lanes] + static_cast<std::int64_t>(place_in_fields % lanes)) %

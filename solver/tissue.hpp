@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,6 +78,8 @@ class Tissue {
   cl::Buffer coordinates;
 
   const Grid& grid() const { return grid_; }
+  /// Place in the compact fields of a grid cell of member m; nothing where it is no tissue.
+  std::optional<std::size_t> cell_at(const std::array<std::int64_t, 3>& cell, std::size_t m) const;
   /// Centre of the tissue cell at a place of the compact fields, mm.
   std::array<double, 3> centre(std::size_t place_in_fields) const;
   /// Device bytes for `members` members with `stride` compact cells in all.

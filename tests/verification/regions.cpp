@@ -143,6 +143,48 @@ TEST(SeveralModels, TheFastestSetsTheStep) {
   EXPECT_EQ(rate(tt, {{"right", ms}, {"left", ms}}), slow);  // a model that no region has has no say
 }
 
+// All models in one program, side by side in one vector: each rises through the common activation threshold.
+TEST(SeveralModels, AllOfThemTogetherPassTheActivationThreshold) {
+  Scene scene;
+  scene.geometry = GeometryKind::shapes;
+  scene.activation.emplace();
+  Set values = {{"grid.dx_mm", 1},
+                {"electrophysiology.conductivity_longitudinal_mS_per_mm", 0},
+                {"electrophysiology.conductivity_transverse_mS_per_mm", 0}};
+  int count = 0;
+  for (const std::string& model : cell_models()) {
+    if (model == "pathmanathan_gray") continue;  // dimensionless, for verification only
+    std::string name = "r";
+    name += std::to_string(count);
+    const std::string root = "geometry.shapes." + name + ".box.";
+    scene.shapes.push_back({name, Shape::Kind::box, {}});
+    scene.regions.push_back({.name = name, .shape = name});
+    scene.region_cell_models[name] = model;
+    for (const char* axis : {".x", ".y", ".z"})
+      values.insert(values.end(), {{root + "centre_mm" + axis, 0.5}, {root + "size_mm" + axis, 1}});
+    values[values.size() - 6].second = count + 0.5;
+    ++count;
+  }
+  ASSERT_GE(count, 6);
+  Slab slab(std::move(scene), values);
+  constexpr double dt = 0.02;
+  slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
+  slab.write(slab.monodomain->potential(), slab.field([](auto...) { return -20; }, -85));
+  march(slab, dt, 0, 10);
+  std::vector<float> times(static_cast<std::size_t>(slab.tissue->stride));
+  slab.launcher->queue().enqueueReadBuffer(slab.monodomain->activation(), CL_TRUE, 0,
+                                           times.size() * sizeof(float), times.data());
+  int cells = 0;
+  slab.each_cell([&](std::size_t i, const auto&) {
+    const std::string& region = slab.scene.regions[slab.tissue->regions[i]].name;
+    std::printf("%s rises through 0 mV at %.2f ms\n", slab.scene.region_cell_models.at(region).c_str(),
+                static_cast<double>(times[i]));
+    EXPECT_GT(times[i], 0) << slab.scene.region_cell_models.at(region);
+    ++cells;
+  });
+  EXPECT_EQ(cells, count);
+}
+
 // A wave that starts in either block activates the other, in order.
 TEST(SeveralModels, WavesPassFromOneModelToTheOther) {
   constexpr Blocks touching = {5, 5, 10, 0.2};
