@@ -4,7 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
+#include <cstring>
 #include <numbers>
 
 #include "ensemble/config.hpp"
@@ -334,7 +334,7 @@ std::vector<Recording> run(const Scene& scene, const std::vector<Member>& member
 // sigma_i sigma_e / (sigma_i + sigma_e) (Keener & Sneyd, section 12.2): whole scenes in single precision.
 TEST(EqualAnisotropy, IsTheMonodomain) {
   const std::string scene =
-      "scene:\n  geometry: {box: {size_mm: [10, 4, 2]}, fibres: {direction: [2, 1, 0]}}\n"
+      "scene:\n  geometry: {box: {size_mm: [10, 4, 2]}, fibres: {direction: [1, 0.5, 0]}}\n"
       "  grid: {dx_mm: 0.5}\n  time: {end_ms: 60}\n"
       "  stimuli: {corner: {shape: box, upper_mm: [1.5, 1.5, 1.5]}}\n"
       "outputs: {activation: {probes: {far_mm: [10, 4, 2], near_mm: [4, 2, 1]}}}\n";
@@ -357,7 +357,7 @@ TEST(EqualAnisotropy, IsTheMonodomain) {
   ASSERT_EQ(bidomain.size(), monodomain.size());
   double latest = 0;
   for (std::size_t n = 0; n < bidomain.size(); ++n) {
-    EXPECT_NEAR(bidomain[n], monodomain[n], 2e-3 * std::max(1.0f, std::abs(monodomain[n])))
+    EXPECT_NEAR(bidomain[n], monodomain[n], 5e-4 * std::max(1.0f, std::abs(monodomain[n])))
         << "feature " << n;
     latest = std::max<double>(latest, monodomain[n]);
   }
@@ -384,7 +384,10 @@ TEST(BidomainBatch, AMembersBytesDoNotDependOnItsNeighbours) {
   for (std::size_t m = 0; m < members.size(); ++m) {
     EXPECT_EQ(alone[m].outcome, Outcome::done) << alone[m].reason;
     EXPECT_EQ(alone[m].ecg, together[m].ecg);
-    EXPECT_EQ(alone[m].features, together[m].features);
+    ASSERT_EQ(alone[m].features.size(), together[m].features.size());  // NaN where nothing is activated yet
+    EXPECT_EQ(std::memcmp(alone[m].features.data(), together[m].features.data(),
+                          alone[m].features.size() * sizeof(float)),
+              0);
   }
   EXPECT_NE(alone[0].ecg, alone[1].ecg);
 }
