@@ -160,6 +160,8 @@ void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mis
                                      {"reaction_eikonal", ActivationMethod::reaction_eikonal},
                                      {"eikonal", ActivationMethod::eikonal}},
                                     scene.activation_method, mistakes);
+  if (Node* system = take_map(electrophysiology, "conduction_system", mistakes))
+    read_conduction_system(*system, scene, mistakes);
   const size_t before = mistakes.size();
   if (Node* model = take(electrophysiology, "cell_model")) {
     const std::vector<std::string> models = cell_models();

@@ -44,6 +44,9 @@ std::string geometry(const Scene& scene) {
 std::string physics(const Scene& scene) {
   std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
                                  word(scene.precision, {"single", "double"}));
+  text += fmt::format(
+      "activation by {}\n",
+      word(scene.activation_method, {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
   for (const auto& [region, model] : scene.region_cell_models)
     text += fmt::format("cell_model {} in {}\n", model, region);
   if (!scene.heterogeneity.parameters.empty())
@@ -53,6 +56,12 @@ std::string physics(const Scene& scene) {
     text += fmt::format("activation method {}\n",
                         word(scene.activation_method,
                              {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
+  if (scene.conduction_system) {
+    text += fmt::format("conduction system {}\n", word(scene.conduction_system->kind, {"delay", "path"}));
+    for (const ConductionSystem::EarlySite& site : scene.conduction_system->early_sites)
+      text += fmt::format("early site {} {}\n", site.name,
+                          word(site.surface, {"lv", "rv_septum", "rv_free_wall"}));
+  }
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
                         word(stimulus.kind, {"box", "sphere", "site"}), stimulus.site);

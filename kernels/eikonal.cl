@@ -72,6 +72,13 @@ kernel void eikonal_metric(global const real *restrict fibre, global const real 
   metric[i + 5 * (size_t)stride] = less * f[1] * f[2];
 }
 
+// The metric for sqrt(grad T . M grad T) = slowness.
+kernel void eikonal_slow(global const real *restrict slowness, global real *restrict metric, const int stride) {
+  const int i = get_global_id(0);
+  const real factor = slowness[i] > 0 ? slowness[i] * slowness[i] : 1;
+  for (int c = 0; c < 6; ++c) metric[i + c * (size_t)stride] *= factor;
+}
+
 // T from an initial field (finite and below UNREACHED where the wave starts; nowhere without `with_initial`), and the
 // segments that start it.
 kernel void eikonal_start(global const real *restrict initial, const int with_initial, global const uchar *restrict region,
@@ -141,8 +148,8 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
     const int below = CENTRE - axis[a], above = CENTRE + axis[a];
     const real lower = links >> below & 1 ? T[neighbour_place(place, cell, -step[a], grid_cells)] : UNREACHED;
     const real upper = links >> above & 1 ? T[neighbour_place(place, cell, step[a], grid_cells)] : UNREACHED;
-    const bool has_lower = lower < UNREACHED, has_upper = upper < UNREACHED;
-    g[a] = has_lower && has_upper ? R(0.5) * (upper - lower) : has_upper ? upper - here : has_lower ? here - lower : 0;
+    // From the side the wave comes from, as the solver sees it: at a kink of the front centred ones would look across.
+    g[a] = lower <= upper ? fmax(here - lower, R(0.0)) : -fmax(here - upper, R(0.0));
   }
   // The characteristic M g, up to a factor: the cofactors of G.
   const real xx = metric[i], yy = metric[i + (size_t)stride], zz = metric[i + 2 * (size_t)stride];

@@ -30,6 +30,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   sweep_ = launcher.handle(program, "eikonal_sweep");
   second_differences_ = launcher.handle(program, "eikonal_second_differences");
   correction_kernel_ = launcher.handle(program, "eikonal_correction");
+  slow_ = launcher.handle(program, "eikonal_slow");
   options.push_back("SHEET");
   sheet_sweep_ = launcher.handle(device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated),
                                  "eikonal_sweep");
@@ -106,14 +107,14 @@ void Eikonal::fire(const Tissue& tissue, int mark) {
             changed_[mark % 2], mark, last_change_);
 }
 
-void Eikonal::sweep(const Tissue& tissue, int number, const Sheet* sheet) {
+void Eikonal::sweep(const Tissue& tissue, int number) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
   const double dx = tissue.grid().dx_mm;
-  launcher_(sheet != nullptr ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
+  launcher_(with_sheet_ ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
             // Least traffic: nothing has changed.
             static_cast<double>(cells) / Tissue::lanes * (sizeof(cl_int8) + sizeof(int)), arrival_[current_],
-            arrival_[1 - current_], metric_, linked_, in_sheet_, sheet != nullptr ? sheet->speed : metric_,
+            arrival_[1 - current_], metric_, linked_, in_sheet_, with_sheet_ ? sheet_speed_ : metric_,
             tissue.neighbours, changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_,
             number, Real{dx}, tissue.stride);
   current_ = 1 - current_;
@@ -123,28 +124,48 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
                     const cl::Buffer* initial, std::span<const Source> sources) {
   reserve(tissue);
   upload_sources(sources);
-  const bool triggered =
-      std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.trigger >= 0; });
+  triggered_ = std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.trigger >= 0; });
+  with_sheet_ = sheet != nullptr;
+  if (with_sheet_) {
+    sheet_id_ = sheet->id;
+    sheet_speed_ = sheet->speed;
+  }
+  with_initial_ = initial != nullptr;
+  if (with_initial_) initial_ = *initial;
   const auto n = static_cast<std::size_t>(tissue.stride);
-  const auto real = static_cast<double>(real_bytes(precision_));
   const double cells = static_cast<double>(n);
   const cl::NDRange global(n), local(Tissue::group);
   cl::CommandQueue& queue = launcher_.queue();
 
   launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
-            sheet != nullptr ? sheet->id : tissue.region, sheet != nullptr ? 1 : 0, linked_, in_sheet_,
+            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, linked_, in_sheet_,
             static_cast<int>(tissue.places.size()) * Tissue::lanes);
-  launcher_(metric_kernel_, global, local, cells * 11 * real, tissue.fibre, speed, tissue.region, metric_,
-            linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+  speed_ = speed;
+  build_metric(tissue);
   queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));
   sweeps_ = 0;
-  propagate(tissue, sheet, initial, triggered);
-  correct(tissue, sheet);
-  propagate(tissue, sheet, initial, triggered);
+  propagate(tissue);
+  correct(tissue);
+  propagate(tissue);
+}
+
+void Eikonal::build_metric(const Tissue& tissue) {
+  launcher_(metric_kernel_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
+            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
+            tissue.fibre, speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+}
+
+void Eikonal::slow(const Tissue& tissue, const cl::Buffer& slowness) {
+  build_metric(tissue);
+  launcher_(slow_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
+            13.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), slowness,
+            metric_, tissue.stride);
+  correct(tissue);
+  propagate(tissue);
 }
 
 // How late linear interpolation makes the solution: what the next one leaves out.
-void Eikonal::correct(const Tissue& tissue, const Sheet* sheet) {
+void Eikonal::correct(const Tissue& tissue) {
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double bytes = 8.0 * static_cast<double>(n * real_bytes(precision_));
   const cl::NDRange global(n), local(Tissue::group);
@@ -152,11 +173,11 @@ void Eikonal::correct(const Tissue& tissue, const Sheet* sheet) {
   launcher_(second_differences_, global, local, bytes, tissue.first_cell, tissue.place, arrival_[current_],
             linked_, second_, tissue.stride, grid_cells);
   launcher_(correction_kernel_, global, local, 2 * bytes, tissue.first_cell, tissue.place, arrival_[current_],
-            metric_, linked_, in_sheet_, sheet != nullptr ? 1 : 0, second_, correction_, tissue.stride,
+            metric_, linked_, in_sheet_, with_sheet_ ? 1 : 0, second_, correction_, tissue.stride,
             grid_cells);
 }
 
-void Eikonal::propagate(const Tissue& tissue, const Sheet* sheet, const cl::Buffer* initial, bool triggered) {
+void Eikonal::propagate(const Tissue& tissue) {
   const auto n = static_cast<std::size_t>(tissue.stride);
   cl::CommandQueue& queue = launcher_.queue();
   constexpr int first_mark = 1;
@@ -165,8 +186,8 @@ void Eikonal::propagate(const Tissue& tissue, const Sheet* sheet, const cl::Buff
   queue.enqueueFillBuffer(last_change_, cl_int{0}, 0, sizeof(int));
   current_ = 0;
   launcher_(start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
-            3 * static_cast<double>(n * real_bytes(precision_)), initial != nullptr ? *initial : metric_,
-            initial != nullptr ? 1 : 0, tissue.region, arrival_[0], arrival_[1], changed_[first_mark % 2],
+            3 * static_cast<double>(n * real_bytes(precision_)), with_initial_ ? initial_ : metric_,
+            with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1], changed_[first_mark % 2],
             first_mark);
   if (sources_ > 0) fire(tissue, first_mark);
 
@@ -175,11 +196,11 @@ void Eikonal::propagate(const Tissue& tissue, const Sheet* sheet, const cl::Buff
   int number = first_mark + 1;
   for (bool moving = true; moving;) {
     const int first = number;
-    if (triggered && first > first_mark + 1) fire(tissue, first - 1);
-    for (int k = 0; k < sweeps_to_a_look; ++k, ++number) sweep(tissue, number, sheet);
+    if (triggered_ && first > first_mark + 1) fire(tissue, first - 1);
+    for (int k = 0; k < sweeps_to_a_look; ++k, ++number) sweep(tissue, number);
     int last_change = 0;
     queue.enqueueReadBuffer(last_change_, CL_TRUE, 0, sizeof last_change, &last_change);
-    moving = triggered ? last_change >= first : last_change >= number - 1;
+    moving = triggered_ ? last_change >= first : last_change >= number - 1;
     if (number > most_sweeps) throw std::runtime_error("the eikonal solver does not come to rest");
   }
   sweeps_ += number - first_mark - 1;

@@ -42,6 +42,10 @@ class Eikonal {
   void solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet, const cl::Buffer* initial,
              std::span<const Source> sources);
 
+  /// Solves once more, for sqrt(grad T . M grad T) = slowness (stride, real), with the sources and sheet of
+  /// the last solve(); sheets keep their speed.
+  void slow(const Tissue& tissue, const cl::Buffer& slowness);
+
   /// (stride) real, ms.
   const cl::Buffer& arrival() const { return arrival_[current_]; }
   /// Sweeps that the last solution took.
@@ -54,9 +58,10 @@ class Eikonal {
   void reserve(const Tissue& tissue);
   void upload_sources(std::span<const Source> sources);
   void fire(const Tissue& tissue, int mark);
-  void sweep(const Tissue& tissue, int number, const Sheet* sheet);
-  void propagate(const Tissue& tissue, const Sheet* sheet, const cl::Buffer* initial, bool triggered);
-  void correct(const Tissue& tissue, const Sheet* sheet);
+  void sweep(const Tissue& tissue, int number);
+  void propagate(const Tissue& tissue);
+  void build_metric(const Tissue& tissue);
+  void correct(const Tissue& tissue);
 
   Launcher& launcher_;
   Precision precision_;
@@ -64,11 +69,13 @@ class Eikonal {
   int capacity_ = 0, source_capacity_ = 0;
   int current_ = 0, sweeps_ = 0;
   int sources_ = 0, source_cells_ = 0;
+  bool triggered_ = false, with_sheet_ = false, with_initial_ = false;
+  cl::Buffer sheet_id_, sheet_speed_, initial_, speed_;  ///< of the last solve()
   cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, second_, correction_,
       last_change_;
   cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;
   Launcher::Handle link_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_, sheet_sweep_,
-      second_differences_, correction_kernel_;
+      second_differences_, correction_kernel_, slow_;
 };
 
 }  // namespace cohort

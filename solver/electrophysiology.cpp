@@ -13,7 +13,7 @@ namespace {
 constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
 constexpr const char* niederer = "Niederer et al. 2011, table 1";
 
-// The conductivities that a region may set for itself, in the order of its run in the table.
+// The conductivities and velocities that a region may set for itself, in the order of its run in the table.
 std::vector<Parameter> conductivities(const Scene& scene) {
   std::vector<Parameter> list = {
       {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
@@ -25,6 +25,12 @@ std::vector<Parameter> conductivities(const Scene& scene) {
       {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
        "intracellular conductivity across fibres, source of the ECG",
        "ratio to the longitudinal one as in the monodomain conductivities"},
+      {"velocity_longitudinal_mm_per_ms", "mm/ms", 0, 0, 10,
+       "eikonal conduction velocity along fibres; 0: that of the cell model in a cable of this conductivity",
+       "the cell model"},
+      {"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10,
+       "eikonal conduction velocity across fibres; 0: that of the cell model in a cable of this conductivity",
+       "the cell model"},
   };
   if (scene.activation_method == ActivationMethod::bidomain) {
     list.push_back({"extracellular_longitudinal_mS_per_mm", "mS/mm", 0.62, 1e-4, 10,
@@ -114,7 +120,8 @@ RegionParameters region_parameters(const Scene& scene) {
   const std::string root = "electrophysiology.";
   RegionParameters result{};
   result.intracellular_offset = 2;
-  result.extracellular_offset = 4;
+  result.velocity_offset = 4;
+  result.extracellular_offset = 6;
   result.stride = static_cast<int>(conductivities(scene).size());
   result.first = -1;
   for (size_t r = 0; r < scene.regions.size(); ++r) {

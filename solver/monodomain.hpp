@@ -52,6 +52,11 @@ class Monodomain {
   /// (stride) bit k where stimulus k acts.
   const std::vector<std::uint8_t>& stimulated_by() const { return stimulated_by_host_; }
   double dt_ms() const { return dt_ms_; }
+  /// The same mask and the stimuli's numbers (members, stimuli, stimulus_numbers) on the device.
+  const cl::Buffer& stimulated_by_mask() const { return stimulated_by_; }
+  const cl::Buffer& stimuli() const { return stimuli_buffer_; }
+  /// Steps take no stimulus from now on until assemble(): something else starts the front.
+  void silence_stimuli() { stimuli_.clear(); }
 
   /// Device bytes for `stride` compact cells, at most.
   static std::size_t bytes(const Scene& scene, std::int64_t stride);
@@ -64,6 +69,7 @@ class Monodomain {
             const cl::Buffer& base, const cl::Buffer& before, double dt_diffusion);
   void choose_fields(std::span<const Member> members);
   void build_kernels();
+  std::vector<double> read(const cl::Buffer& buffer, std::size_t count);
   std::string generated() const;
   void read_rates(const Tissue& tissue, const cl::Buffer& parameters, std::size_t members);
 
@@ -79,7 +85,10 @@ class Monodomain {
   int current_ = 0;
   std::vector<bool> region_varies_;  ///< by region: its cell parameters vary through the wall
   bool heterogeneous_;               ///< in some region they do
-  std::vector<int> field_of_;        ///< by derived constant of all models: its field, or -1
+  bool few_states_;
+  bool constants_by_value_;  ///< derived constants are an argument of the step, not a buffer
+  Reals constants_;
+  std::vector<int> field_of_;  ///< by derived constant of all models: its field, or -1
   int fields_ = 0, fields_allocated_ = -1;
   std::vector<double> diffusion_limit_ms_, fastest_rate_;
   std::vector<std::vector<double>> stimuli_;

@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 #include "solver/bidomain.hpp"
+#include "solver/eikonal_activation.hpp"
 #include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/probes.hpp"
+#include "solver/reaction_eikonal.hpp"
 #include "solver/simulation.hpp"
 #include "solver/stimulus.hpp"
+#include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -22,6 +27,86 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
   if (needed <= limit) return;
   throw std::runtime_error("too little device memory: " + what + " needs " + std::to_string(needed) +
                            " bytes, and there are " + std::to_string(limit) + " bytes");
+}
+
+// Whether the stimuli start one front, or one that comes again and again.
+bool one_front(const Scene& scene, std::span<const double> values) {
+  constexpr double beat_ms = 100;  // what starts later is another beat
+  const std::vector<double> block = stimulus_block(scene, values);
+  for (size_t k = 0; k < block.size(); k += stimulus_numbers) {
+    const bool same_train = block[k + 2] == block[2] && (block[2] <= 0 || block[k + 3] == block[3]);
+    if (!same_train || std::abs(block[k] - block[0]) > beat_ms) return false;
+  }
+  return true;
+}
+
+// Why the scene has no ECG without a time loop; empty where it can.
+std::string projection_refusal(const Scene& scene) {
+  const std::string why = EikonalActivation::refusal(scene);
+  return why.empty() ? TemplateEcg::refusal(scene) : why;
+}
+
+// Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
+void choose_activation(Device& device, const Scene& scene, const Member& base, double dx_mm, Plan& plan) {
+  plan.activation = scene.activation_method;
+  plan.activation_reason = "electrophysiology.activation";
+  // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
+  // for, templates give them at a small part of the cost.
+  if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
+    const std::string why = projection_refusal(scene);
+    plan.activation = why.empty() ? ActivationMethod::eikonal : ActivationMethod::reaction_eikonal;
+    plan.activation_reason =
+        why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
+  }
+  if (plan.activation == ActivationMethod::eikonal) {
+    const RegionParameters regions = region_parameters(scene);
+    for (size_t r = 0; r < scene.regions.size(); ++r) {
+      if (regions.slot[r] < 0) continue;
+      const auto first =
+          base.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
+      plan.conduction.push_back({scene.regions[r].name, first[0], first[1], 0, 0});
+    }
+    return;
+  }
+  Conduction conduction(device, scene.precision);
+  double fewest = 1e9;  // cells that a front is wide
+  std::string narrowest;
+  bool conducts = true;
+  for (const RegionFront& front : region_fronts(conduction, scene, {&base, 1})) {
+    const std::string& name = scene.regions[static_cast<size_t>(front.region)].name;
+    plan.conduction.push_back(
+        {name, front.along_mm_per_ms, front.across_mm_per_ms, front.width_along_mm, front.width_across_mm});
+    if (!(front.front.speed > 0)) conducts = false;
+    const double cells = std::min(front.width_along_mm, front.width_across_mm) / dx_mm;
+    if (cells < fewest) {
+      fewest = cells;
+      narrowest = name;
+    }
+  }
+  if (plan.activation != ActivationMethod::automatic) return;
+  // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
+  // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
+  constexpr double least_cells = 1.5;
+  plan.activation = ActivationMethod::monodomain;
+  const auto text = [](double x) {
+    std::ostringstream stream;
+    stream << std::setprecision(2) << x;
+    return stream.str();
+  };
+  if (scene.stimuli.empty()) {
+    plan.activation_reason = "nothing stimulates the tissue: no front to follow";
+  } else if (!one_front(scene, base.values)) {
+    plan.activation_reason = "the stimuli pace more than one front";
+  } else if (!conducts) {
+    plan.activation_reason = "a cable of these cells conducts no plane front";
+  } else if (fewest >= least_cells) {
+    plan.activation_reason = "the grid resolves the front: " + text(fewest) + " cells of " + text(dx_mm) +
+                             " mm at least, in region \"" + narrowest + "\"";
+  } else {
+    plan.activation = ActivationMethod::reaction_eikonal;
+    plan.activation_reason = "the grid is too coarse for the front, which is " + text(fewest) + " cells of " +
+                             text(dx_mm) + " mm wide in region \"" + narrowest + "\"";
+  }
 }
 
 // What is odd about the protocol, and for how many members; about the scene's own values where there are
@@ -53,15 +138,21 @@ void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
-  if (scene.activation_method != ActivationMethod::automatic &&
-      scene.activation_method != ActivationMethod::monodomain &&
-      scene.activation_method != ActivationMethod::bidomain)
-    throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
   const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
   if (forward && scene.torso == TorsoKind::unbounded)
     throw std::invalid_argument(
         "outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
+  if (forward && scene.activation_method == ActivationMethod::eikonal)
+    throw std::invalid_argument(
+        "outputs.ecg.method: forward needs a time loop; activation: eikonal has none");
+  if (scene.activation_method == ActivationMethod::eikonal)
+    if (const std::string why = projection_refusal(scene); !why.empty())
+      throw std::invalid_argument("electrophysiology." + why);
+  if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
+    throw std::invalid_argument(
+        "electrophysiology.conduction_system: its fast layer and delay act through arrival times; set "
+        "activation: eikonal or reaction_eikonal");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
@@ -117,13 +208,31 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
                                                "link_segments", "fibre_field"};
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
-  if (heterogeneous) {
+  if (heterogeneous || scene.conduction_system) {
     geometry_kernels.emplace_back("coordinate_field");
     geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
   }
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
-  module("monodomain", true, "activation and potential of the tissue",
+  choose_activation(device, scene, base, grid.dx_mm, plan);
+  const bool eikonal = plan.activation == ActivationMethod::eikonal;
+  const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
+  module("eikonal", eikonal || triggers,
+         eikonal || triggers ? plan.activation_reason : "monodomain: " + plan.activation_reason,
+         eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
+                 : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
+         eikonal ? EikonalActivation::bytes(stride, scene.precision)
+                 : ReactionEikonal::bytes(stride, scene.precision));
+  module("templates", eikonal && scene.ecg,
+         !eikonal     ? "the time loop has the potential"
+         : !scene.ecg ? "no ECG is asked for"
+                      : "outputs.ecg: action potentials behind the arrival times, without a time loop",
+         {"run_templates", "template_places", "project_blocks", "project_totals"},
+         scene.ecg ? TemplateEcg::bytes(scene, grid, batch, stride) : 0);
+  module("monodomain", !eikonal,
+         eikonal    ? "no time loop"
+         : triggers ? "potential of the tissue"
+                    : "activation and potential of the tissue",
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
          Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
@@ -156,6 +265,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   refuse_beyond(plan.bytes, limit,
                 "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
 
+  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
+  if (eikonal) {
+    // Measured with configs/eikonal.yaml: nanoseconds for each tissue cell and ms of a member's series.
+    constexpr double seconds_per_cell_ms = 3e-9;
+    plan.seconds_per_member = seconds_per_cell_ms * static_cast<double>(plan.tissue_cells) * end_ms;
+    return plan;
+  }
   tissue.build_fibres(parameters);
   if (heterogeneous) tissue.build_coordinates(parameters);
   Diffusion diffusion(launcher, scene, definitions);
@@ -167,7 +283,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);
-  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   plan.dt_ms = steps.dt_ms;
   plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
 

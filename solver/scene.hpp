@@ -55,6 +55,20 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
+/// How the heart is driven: from the sinoatrial node through the atria, then either after the delay of the
+/// atrioventricular node to early sites on a fast (Purkinje) layer, or along the conduction path through the
+/// insulating septum (region conduction_path, which exists only then).
+struct ConductionSystem {
+  enum class Kind { delay, path };
+  enum class Surface { lv, rv_septum, rv_free_wall };  ///< endocardium on which a site lies
+  struct EarlySite {
+    std::string name;
+    Surface surface;
+  };
+  Kind kind = Kind::delay;
+  std::vector<EarlySite> early_sites;  ///< leaving out those of one side is a bundle branch block
+};
+
 /// Cell parameters that vary through the wall: each has slopes electrophysiology.heterogeneity.<name>.<basis>
 /// (solver/heterogeneity.hpp).
 struct Heterogeneity {
@@ -84,6 +98,7 @@ struct Scene {
   Heterogeneity heterogeneity;
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
+  std::optional<ConductionSystem> conduction_system;  ///< geometry `heart` only
   TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;
   std::optional<EcgRequest> ecg;
@@ -92,8 +107,8 @@ struct Scene {
   ParameterTable parameters;  ///< filled by declare_parameters
 };
 
-/// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest and
-/// the number of activations too.
+/// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest
+/// and the number of activations too.
 inline int activation_fields(const Scene& scene) {
   return !scene.activation ? 0 : scene.activation->beats ? 3 : 1;
 }

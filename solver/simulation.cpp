@@ -9,13 +9,17 @@
 #include <stdexcept>
 
 #include "solver/bidomain.hpp"
+#include "solver/ecg_features.hpp"
+#include "solver/eikonal_activation.hpp"
 #include "solver/features.hpp"
 #include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/observer.hpp"
 #include "solver/probes.hpp"
+#include "solver/reaction_eikonal.hpp"
 #include "solver/recorder.hpp"
+#include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -55,6 +59,11 @@ Layout layout(const Scene& scene) {
     result.features.push_back(name);
     result.feature_units.push_back(unit);
   }
+  if (!scene.ecg) return result;
+  for (const auto& [name, unit] : ecg_feature_names()) {
+    result.features.push_back(name);
+    result.feature_units.push_back(unit);
+  }
   return result;
 }
 
@@ -69,6 +78,12 @@ struct Simulation::State {
         monodomain(launcher, scene_, definitions, plan.members_per_device),
         recorder(launcher, scene_, definitions, plan.members_per_device, samples_per_fetch),
         shape(layout(scene_)) {
+    if (plan.activation == ActivationMethod::eikonal) {
+      eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
+      if (scene.ecg) templates.emplace(launcher, scene, definitions, plan.members_per_device);
+    }
+    if (plan.activation == ActivationMethod::reaction_eikonal)
+      reaction_eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
     if (activation_fields(scene) > 1)
       probes.emplace(launcher, scene, definitions, plan.members_per_device, samples_of(scene) + 1);
     if (scene.activation_method == ActivationMethod::bidomain)
@@ -84,9 +99,13 @@ struct Simulation::State {
   void prepare(std::span<const Member> members);
   std::string defect(std::size_t m, const Member& member);
   bool in_torso(std::size_t m, const Member& member);
+  void advance(double time_ms, const TimeSteps& steps, bool first);
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
              double timeout_s);
   void stop_unsolved(std::span<Recording* const> recordings, double time_ms);
+  void project(std::span<const Member> members, std::span<Recording* const> recordings);
+  void store_features(std::span<const float> activation, std::span<const float> probe_potential,
+                      std::size_t m, const Member& member, Recording& recording) const;
   void store_sample(int sample, double time_ms, const double* row, std::span<Recording* const> recordings);
 
   const Scene& scene;
@@ -97,6 +116,9 @@ struct Simulation::State {
   Diffusion diffusion;
   Monodomain monodomain;
   std::optional<Bidomain> bidomain;
+  std::optional<EikonalActivation> eikonal;  ///< activation: eikonal, without a time loop
+  std::optional<TemplateEcg> templates;
+  std::optional<ReactionEikonal> reaction_eikonal;
   std::optional<LeadWeights> lead_weights;
   std::optional<ForwardEcg> forward;
   Recorder recorder;
@@ -122,9 +144,14 @@ void Simulation::State::prepare(std::span<const Member> members) {
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   tissue.build(parameters, static_cast<int>(members.size()));
   tissue.build_fibres(parameters);
-  if (!scene.heterogeneity.parameters.empty()) tissue.build_coordinates(parameters);
-  monodomain.assemble(tissue, diffusion, parameters, members);
+  if (scene.conduction_system || !scene.heterogeneity.parameters.empty())
+    tissue.build_coordinates(parameters);
+  if (eikonal)
+    eikonal->assemble(tissue, parameters, members);
+  else
+    monodomain.assemble(tissue, diffusion, parameters, members);
   if (bidomain) bidomain->assemble(tissue, diffusion, monodomain, parameters, members);
+  if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, parameters, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
   if (forward) forward->assemble(tissue, diffusion, parameters, members);
 }
@@ -163,13 +190,18 @@ std::string Simulation::State::defect(std::size_t m, const Member& member) {
       static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
   for (std::size_t i = begin; i < end; ++i) {
     if (tissue.regions[i] != 255) present[tissue.regions[i]] = true;
-    stimulated |= monodomain.stimulated_by()[i];
+    if (!eikonal) stimulated |= monodomain.stimulated_by()[i];
   }
   for (size_t r = 0; r < present.size(); ++r)
     if (scene.regions[r].excitable && !present[r])
       return "region \"" + scene.regions[r].name + "\" holds no cell";
   for (size_t k = 0; k < scene.stimuli.size(); ++k)
     if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
+  if (eikonal && !eikonal->defect(m).empty()) return eikonal->defect(m);
+  if (reaction_eikonal) {
+    const std::string reason = reaction_eikonal->defect(tissue, monodomain, m, member);
+    if (!reason.empty()) return reason;
+  }
   if (!in_torso(m, member)) return "the heart does not lie inside the torso";
   return {};
 }
@@ -221,6 +253,59 @@ void Simulation::State::stop_unsolved(std::span<Recording* const> recordings, do
   }
 }
 
+// Features of a member that is done, in the order of layout().
+void Simulation::State::store_features(std::span<const float> activation,
+                                       std::span<const float> probe_potential, std::size_t m,
+                                       const Member& member, Recording& recording) const {
+  if (recording.outcome != Outcome::done) return;
+  std::vector<float> features;
+  if (scene.activation)
+    features = activation_features(scene, tissue, activation, m, member.values, probe_potential);
+  if (scene.ecg) {
+    const std::vector<float> measured = ecg_features(recording.ecg, sampling_interval_ms(scene));
+    features.insert(features.end(), measured.begin(), measured.end());
+  }
+  recording.features = std::move(features);
+}
+
+// ECG and activation of all members of the batch from their arrival times: no time loop. `recordings` of
+// members that were rejected stay as they are.
+void Simulation::State::project(std::span<const Member> members, std::span<Recording* const> recordings) {
+  const auto start = Clock::now();
+  const double end_ms = structural(scene, "time.end_ms"), interval = sampling_interval_ms(scene);
+  if (templates) {
+    const std::vector<double> rows =
+        templates->series(tissue, parameters, eikonal->arrival(), lead_weights->weights(), members);
+    const auto width = static_cast<size_t>(recorder.quantities()) * members.size();
+    for (size_t k = 0; k < shape.ecg_ms.size(); ++k)
+      store_sample(static_cast<int>(k), static_cast<double>(k) * interval, rows.data() + k * width,
+                   recordings);
+  }
+  std::vector<float> activation;
+  if (scene.activation || observation) activation = eikonal->activation(tissue, end_ms);
+  if (observation) {
+    observation->begin(launcher, tissue);
+    observation->end(activation);
+  }
+  const double share_s = seconds_since(start) / static_cast<double>(members.size());
+  for (size_t m = 0; m < members.size(); ++m) {
+    if (recordings[m]->outcome == Outcome::rejected) continue;
+    store_features(activation, {}, m, members[m], *recordings[m]);
+    recordings[m]->dt_ms = templates ? templates->spacing_ms() : 0;
+    recordings[m]->device_s = share_s;
+    simulated_ms += end_ms;
+  }
+}
+
+// One step of whatever activates the tissue.
+void Simulation::State::advance(double time_ms, const TimeSteps& steps, bool first) {
+  if (reaction_eikonal) reaction_eikonal->trigger(tissue, monodomain, parameters, time_ms, steps.dt_ms);
+  if (bidomain)
+    bidomain->advance(tissue, monodomain, parameters, time_ms, first);
+  else
+    monodomain.advance(tissue, parameters, time_ms, first);
+}
+
 // The time loop of members that share their steps. Nothing in it waits for the device but the fetch of
 // samples that were taken one fetch ago, and the turns to and from the profiling queue, one fetch in sixteen.
 void Simulation::State::march(const TimeSteps& steps, std::span<const Member> members,
@@ -267,14 +352,10 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
       if (forward) forward->sample(tissue, *closed, recorder.series(), recorder.quantities(), k);
       if (probes) probes->sample(monodomain.potential(), first + k);
       if (observation)
-        observation->sample(launcher, tissue, monodomain, first + k, std::min((first + k) * interval, end_ms));
-      for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step) {
-        const double time_ms = static_cast<double>(step) * steps.dt_ms;
-        if (bidomain)
-          bidomain->advance(tissue, monodomain, parameters, time_ms, step == 0);
-        else
-          monodomain.advance(tissue, parameters, time_ms, step == 0);
-      }
+        observation->sample(launcher, tissue, monodomain, closed, first + k,
+                            std::min((first + k) * interval, end_ms));
+      for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
+        advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
       launcher.queue().flush();
     }
     recorder.start_fetch(count);
@@ -296,20 +377,19 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   if (pending) receive(*pending, true);
   launcher.profile(false);
 
+  std::vector<float> activation;
   if (scene.activation) {
-    std::vector<float> activation(static_cast<size_t>(tissue.stride) *
-                                  static_cast<size_t>(activation_fields(scene)));
+    activation.resize(static_cast<size_t>(tissue.stride) * static_cast<size_t>(activation_fields(scene)));
     launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, activation.size() * sizeof(float),
                                        activation.data());
     if (observation)
       observation->end(std::span<const float>(activation).first(static_cast<size_t>(tissue.stride)));
-    const std::vector<float> series = probes ? probes->series() : std::vector<float>();
-    const std::size_t row = series.size() / members.size();
-    for (size_t m = 0; m < members.size(); ++m)
-      if (recordings[m]->outcome == Outcome::done)
-        recordings[m]->features = activation_features(scene, tissue, activation, m, members[m].values,
-                                                      std::span<const float>(series).subspan(m * row, row));
   }
+  const std::vector<float> series = probes ? probes->series() : std::vector<float>();
+  const std::size_t row = series.size() / members.size();
+  for (size_t m = 0; m < members.size(); ++m)
+    store_features(activation, std::span<const float>(series).subspan(m * row, row), m, members[m],
+                   *recordings[m]);
   const double share_s = seconds_since(loop_start) / static_cast<double>(members.size());
   for (size_t m = 0; m < members.size(); ++m) {
     recordings[m]->dt_ms = steps.dt_ms;
@@ -360,7 +440,7 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   for (size_t m = 0; m < members.size(); ++m) {
     std::string reason = s.defect(m, members[m]);
     TimeSteps steps{};
-    if (reason.empty()) {
+    if (reason.empty() && !s.eikonal) {
       try {
         steps = choose_steps(s.scene, s.monodomain.fastest_rate()[m], s.monodomain.diffusion_limit_ms()[m]);
       } catch (const std::runtime_error& error) {
@@ -373,6 +453,7 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       recordings[m].failed_at_ms = 0;
       continue;
     }
+    if (s.eikonal) continue;
     auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.steps == steps; });
     if (group == groups.end()) group = groups.insert(groups.end(), Group{steps, {}, {}});
     group->members.push_back(members[m]);
@@ -383,6 +464,11 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
     if (group.members.size() != members.size()) s.prepare(group.members);
     s.march(group.steps, group.members, group.recordings, timeout_s);
   }
+  if (s.eikonal) {
+    std::vector<Recording*> all;
+    for (Recording& recording : recordings) all.push_back(&recording);
+    s.project(members, all);
+  }
   ++s.batches;
   for (Recording& recording : recordings) {
     recording.setup_s = setup_s;
@@ -392,6 +478,10 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
 }
 
 void Simulation::observe(Observer observer) {
+  if (state_->eikonal && observer.interval_ms > 0) {
+    spdlog::warn("activation: eikonal keeps no potentials to show; reaction_eikonal and monodomain do");
+    observer.interval_ms = 0;
+  }
   state_->observation.emplace(std::move(observer), state_->scene.precision,
                               sampling_interval_ms(state_->scene));
 }

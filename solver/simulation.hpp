@@ -53,8 +53,18 @@ struct PlannedModule {
   std::size_t bytes;  ///< device memory of one batch
 };
 
+/// Plane fronts of one excitable region of the scene's own values.
+struct PlannedConduction {
+  std::string region;
+  double along_mm_per_ms, across_mm_per_ms;  ///< converged, or as the region's parameters set it; 0: none
+  double width_along_mm, width_across_mm;    ///< of the front: amplitude over steepest slope
+};
+
 struct Plan {
   std::vector<PlannedModule> modules;
+  ActivationMethod activation = ActivationMethod::monodomain;  ///< never automatic
+  std::string activation_reason;
+  std::vector<PlannedConduction> conduction;
   std::array<int, 3> cells;  ///< grid extents that hold every member
   std::array<double, 3> origin_mm;
   std::size_t tissue_cells = 0, segments = 0;  ///< of the scene's own values

@@ -80,6 +80,7 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   define("REGION_FIRST", regions.first);
   define("REGION_STRIDE", regions.stride);
   define("REGION_SLOTS", regions.slots);
+  define("REGION_VELOCITY_OFFSET", regions.velocity_offset);
   if (scene.precision == Precision::double_) result.options.push_back("DOUBLE");
   return result;
 }

@@ -96,13 +96,21 @@ void declare_torso(ParameterTable& table, TorsoKind kind) {
     table.add({"torso.exponent", "1", 2.5, 1.5, 20,
                "of the cross-section |x/a|^n + |y/b|^n < 1; 2: an ellipse", notes});
 
-  table.add({"torso.heart.azimuth_deg", "deg", 38, -180, 180, "apex: angle from left to the front", notes});
-  table.add({"torso.heart.elevation_deg", "deg", 30, -89, 89, "apex: angle below the horizontal", notes});
-  table.add({"torso.heart.roll_deg", "deg", 19, -180, 180,
+  table.add({"torso.heart.azimuth_deg", "deg", 52, -180, 180, "apex: angle from left to the front", notes});
+  table.add({"torso.heart.elevation_deg", "deg", 33, -89, 89, "apex: angle below the horizontal", notes});
+  table.add({"torso.heart.roll_deg", "deg", -8, -180, 180,
              "about the long axis: anterior wall from above to the front, right ventricle down", notes});
   table.add_vector({"torso.heart.point_mm", "mm", 0, -200, 200,
-                    "point of the heart's frame that is put at position_mm", notes},
+                    "point of the heart's frame, at scale 1, that is put at position_mm", notes},
                    10, 0, -36);
+  // A longer heart reaches as much further to both sides.
+  const char* length = "geometry.heart.lv_length_mm";
+  if (table.find(length) >= 0) {
+    Parameter& depth = table[table.index("torso.heart.point_mm.z")];
+    depth.value = inherited;
+    depth.inherits = length;
+    depth.inherits_factor = -0.4;
+  }
   table.add_vector(
       {"torso.heart.position_mm", "mm", 0, -400, 400, "where in the torso: left, posterior, superior", notes},
       29, -33, -3);
@@ -145,7 +153,10 @@ Pose heart_pose(const ParameterTable& table, const std::vector<double>& values) 
     pose.rotation[3 * i + 1] = sr * septum[i] + cr * anterior[i];
     pose.rotation[3 * i + 2] = base[i];
   }
-  const Point turned = pose(vector_value(table, values, "torso.heart.point_mm"));
+  Point point = vector_value(table, values, "torso.heart.point_mm");
+  if (const int scale = table.find("geometry.heart.scale"); scale >= 0)
+    for (double& x : point) x *= values[static_cast<std::size_t>(scale)];
+  const Point turned = pose(point);
   const Point position = vector_value(table, values, "torso.heart.position_mm");
   for (std::size_t i = 0; i < 3; ++i) pose.translation_mm[i] = position[i] - turned[i];
   return pose;
