@@ -35,7 +35,8 @@ bool one_front(const Scene& scene, std::span<const double> values) {
   const std::vector<double> block = stimulus_block(scene, values);
   for (size_t k = 0; k < block.size(); k += stimulus_numbers) {
     const bool same_train = block[k + 2] == block[2] && (block[2] <= 0 || block[k + 3] == block[3]);
-    if (!same_train || std::abs(block[k] - block[0]) > beat_ms) return false;
+    const bool s2 = block[k + 12] > 0;
+    if (!same_train || s2 || std::abs(block[k] - block[0]) > beat_ms) return false;
   }
   return true;
 }

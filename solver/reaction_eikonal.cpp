@@ -252,6 +252,10 @@ std::string ReactionEikonal::defect(const Tissue& tissue, const Monodomain& mono
       return name +
              " has another period or count than the first one: reaction_eikonal repeats one beat; "
              "electrophysiology.activation: monodomain paces freely";
+    if (s[12] > 0)
+      return name +
+             " has an s2_interval_ms: reaction_eikonal repeats one beat; electrophysiology.activation: "
+             "monodomain paces freely";
     if (latest[k] >= Eikonal::unreached_ms) return name + " does not start a front";
     if (latest[k] < s[0])
       return name +
