@@ -112,7 +112,8 @@ def report(rows):
         "# The benchmark of Niederer et al. 2011", "",
         "`jobs/niederer.sh` makes this page, `niederer.csv` and the plot: `configs/niederer.yaml`, the problem as published",
         "(doi 10.1098/rsta.2011.0139), with ten Tusscher-Panfilov 2006 cells, monodomain, dt 0.01 ms, single precision. Nothing is",
-        "fitted. Means and standard deviations (SD) are those of the paper's eleven codes at the same spacing and step.", "",
+        "fitted. Means and standard deviations (SD) are those of the paper's eleven codes at the same spacing and step. Seconds are wall time on the",
+        "device as it was, busy or idle.", "",
         "![Activation along the diagonal](niederer.png)", ""]
     for dx, ours in points.items():
         run = next(row for row in rows if float(row["dx_mm"]) == dx)

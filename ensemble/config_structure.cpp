@@ -139,6 +139,12 @@ void read_region(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
   }
   if (Node* excitable = take(node, "excitable"))
     region.excitable = read_bool(*excitable, excitable->path, mistakes).value_or(true);
+  if (Node* bath = take(node, "bath")) {
+    region.bath = read_bool(*bath, bath->path, mistakes).value_or(false);
+    if (region.bath && region.excitable && node.find("excitable"))
+      mistakes.add(bath->place, fmt::format("{} is excitable, and no bath", node.path));
+    if (region.bath) region.excitable = false;
+  }
   if (Node* fibres = take(node, "fibres"))
     region.fibres = read_word<Region::Fibres>(*fibres,
                                               {{"none", Region::Fibres::none},
@@ -241,6 +247,10 @@ void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
         mistakes.add(leads->place,
                      fmt::format("outputs.ecg.leads is {}; there are 12 leads or none", *count));
     }
+    if (Node* method = take(*ecg, "method"))
+      scene.ecg->method = read_word<EcgRequest::Method>(
+          *method, {{"lead_field", EcgRequest::Method::lead_field}, {"forward", EcgRequest::Method::forward}},
+          scene.ecg->method, mistakes);
   }
   const Node* activation_key = outputs.find("activation");
   if (Node* activation = take_map(outputs, "activation", mistakes)) {

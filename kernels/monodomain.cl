@@ -6,7 +6,7 @@
 // closes the scheme at a sample is in record.cl and leaves the state as it is, so that sampling does not change the solution.
 //
 // Needs segments.clh, diffusion.clh, the cell models with reaction.clh behind each, and
-// -D MEMBERS (in the batch), CELL_MODELS, EACH_CELL_MODEL (generated);
+// -D MEMBERS (in the batch), CELL_MODELS, EACH_CELL_MODEL (generated), DERIVED_CONSTANTS and DERIVED_BY_VALUE (see there);
 // -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times;  -D BEATS: and later ones.
 #if !defined(EACH_CELL_MODEL) || !defined(CELL_MODELS) || !defined(MEMBERS)
 #error "monodomain.cl needs cell models and MEMBERS"
@@ -20,7 +20,7 @@
 
 // One reaction step for V (mV) of the cells from i on and their states. Of several models, work-items of one cell
 // branch by its model; vectors take each model that occurs in them in turn. model_of: see cell_setup.cl.
-inline void react(realv *V, global real *restrict states, global const real *restrict derived,
+inline __attribute__((always_inline)) void react(realv *V, global real *restrict states, const Derived derived,
                   global const real *restrict derived_fields, global const uchar *restrict model_of,
                   global const real *restrict parameters, int i, int member, int stride, real dt, realv stimulus) {
 #if CELL_MODELS == 1
@@ -50,7 +50,7 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
                             global real *restrict V_new, global real *restrict states,
                             global const real *restrict stencil, global const real *restrict inverse_capacity,
                             global const int8 *restrict neighbours, global const ushort *restrict member_of,
-                            global const real *restrict derived, global const real *restrict derived_fields,
+                            const Derived derived, global const real *restrict derived_fields,
                             global const uchar *restrict model_of, global float *restrict activation,
                             global const uchar *restrict stimulated_by,
                             global const real *restrict stimuli, global const real *restrict parameters,

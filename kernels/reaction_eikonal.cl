@@ -114,8 +114,9 @@ kernel void front_slowness(global const real *restrict T, global const real *res
   const int i = THIS_CELL;
   const Rows rows = neighbour_rows(neighbours, i);
   const realv change = LOAD(inverse_capacity + i) * diffusion(T, stencil, stride, rows, i);
-  // Beyond these the expansion does not hold: next to a source, or where the front does not come.
-  STORE(1 + clamp(change, (realv)(R(-0.5)), (realv)(1)), slowness + i);
+  // Beyond these the expansion does not hold: next to a source, and beside cells that the front does not reach.
+  const intv reached = isless(fabs(change), (realv)(1000));
+  STORE(1 + WHERE(reached, clamp(change, (realv)(R(-0.5)), (realv)(1)), (realv)(0)), slowness + i);
 }
 
 // The trigger: a stimulus that ends when the front arrives, as long as the cell model needs to its threshold.

@@ -10,6 +10,11 @@ namespace cohort {
 
 namespace {
 
+// A call would pass states and constants through memory.
+const std::string inlined =
+    "void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) "
+    "__attribute__((always_inline));\n";
+
 /// #undef of every macro that `text` defines.
 std::string undefine(const std::string& text) {
   std::istringstream lines(text);
@@ -70,7 +75,7 @@ std::vector<std::string> CellModels::parts(const Scene& scene, const std::string
                         d = "d[" + std::to_string(k) + "]";
       load += d + " = " +
               (field >= 0 ? "LOAD(derived_fields + " + place + "); "
-                          : "derived[(member) * " + stride + " + " + std::to_string(first + k) + "]; ");
+                          : "DERIVED_CONSTANT(derived, member, " + std::to_string(first + k) + "); ");
       if (field >= 0) store += "derived_fields[" + place + "] = " + d + "; ";
     }
     const std::string macros = "#define CELL_MODEL " + std::to_string(m) + "\n" + model.macros() +
@@ -78,7 +83,7 @@ std::vector<std::string> CellModels::parts(const Scene& scene, const std::string
                                "\n#define DERIVED_FIRST " + std::to_string(first) +
                                "\n#define DERIVED_STRIDE " + stride + "\n" + load + "} while (0)\n" + store +
                                "} while (0)\n" + heterogeneity_source(scene, model);
-    result.insert(result.end(), {macros, "cells/" + model.name + ".cl", shared, undefine(macros)});
+    result.insert(result.end(), {macros + inlined, "cells/" + model.name + ".cl", shared, undefine(macros)});
     first += model.derived.size();
     each += " visit(" + std::to_string(m) + ")";
   }

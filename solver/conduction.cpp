@@ -18,6 +18,7 @@ constexpr int most_halvings = 4;
 constexpr double step_of_spacing = 0.35;  // dt / spacing^2; an explicit step is stable up to 1/2
 constexpr double slowest = 0.05;          // mm/ms for 1 mm2/ms; slower is no conduction
 constexpr double longest_step_ms = 0.05;
+constexpr double stalled_ms = 60;  // without a cell activated: no front, or none any more
 constexpr double uniform_step_ms = 0.01, uniform_end_ms = 50;
 
 // A straight cable along x of cells of 1 mm, stimulated at its lower end.
@@ -108,11 +109,17 @@ std::vector<Front> Conduction::run(const std::vector<Cable>& cables, double spac
             last = static_cast<int>(last_share * cable_cells);
   const int steps_to_a_look = std::max(1, static_cast<int>(std::lround(2 / dt)));
   std::int64_t step = 0;
-  for (bool moving = true; moving && static_cast<double>(step) * dt < end;) {
+  std::ptrdiff_t activated = 0;
+  double latest = 0;  // when a cell was last seen to have been activated
+  for (bool moving = true; moving && static_cast<double>(step) * dt < std::min(end, latest + stalled_ms);) {
     for (int k = 0; k < steps_to_a_look; ++k, ++step)
       monodomain.advance(tissue, parameters, static_cast<double>(step) * dt, step == 0);
     launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, activation.size() * sizeof(float),
                                        activation.data());
+    const std::ptrdiff_t count_now =
+        std::count_if(activation.begin(), activation.end(), [](float t) { return t >= 0; });
+    if (count_now > activated) latest = static_cast<double>(step) * dt;
+    activated = count_now;
     moving = false;
     for (int m = 0; m < count; ++m) moving = moving || activation[at(m, last)] < 0;
   }

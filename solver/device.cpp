@@ -102,6 +102,11 @@ int Device::vector_width(bool double_precision) const {
   return double_precision ? 4 : 8;
 }
 
+bool Device::fits_argument(std::size_t bytes) const {
+  constexpr std::size_t others = 512;
+  return bytes + others <= info_.handle.getInfo<CL_DEVICE_MAX_PARAMETER_SIZE>();
+}
+
 cl::Program Device::build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
                           const std::string& generated) {
   std::string source;

@@ -35,6 +35,9 @@ class Device {
   /// Lanes of the explicit vectors that hot kernels use: 1 on GPUs, 8 on CPUs (4 in double precision).
   int vector_width(bool double_precision) const;
 
+  /// Whether a kernel takes an argument of so many bytes beside some dozens of others.
+  bool fits_argument(std::size_t bytes) const;
+
   /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive; an entry of
   /// more than one line is no file but generated source that stands between them. With `definitions` as -D
   /// options ("NAME" or "NAME=value"; what begins with a dash stands as it is) and `generated` source in

@@ -14,8 +14,8 @@ constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
 constexpr const char* niederer = "Niederer et al. 2011, table 1";
 
 // The conductivities and velocities that a region may set for itself, in the order of its run in the table.
-const std::vector<Parameter>& conductivities() {
-  static const std::vector<Parameter> list = {
+std::vector<Parameter> conductivities(const Scene& scene) {
+  std::vector<Parameter> list = {
       {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
        thesis},
       {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
@@ -32,7 +32,41 @@ const std::vector<Parameter>& conductivities() {
        "eikonal conduction velocity across fibres; 0: that of the cell model in a cable of this conductivity",
        "the cell model"},
   };
+  if (scene.activation_method == ActivationMethod::bidomain) {
+    list.push_back({"extracellular_longitudinal_mS_per_mm", "mS/mm", 0.62, 1e-4, 10,
+                    "extracellular conductivity along fibres", niederer});
+    list.push_back({"extracellular_transverse_mS_per_mm", "mS/mm", 0.24, 1e-4, 10,
+                    "extracellular conductivity across fibres", niederer});
+  }
   return list;
+}
+
+// What the bidomain equations have beside the conductivities of tissue.
+void declare_bidomain(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "electrophysiology.";
+  const char* by_choice = "chosen";
+  Parameter tolerance{root + "elliptic_tolerance",
+                      "1",
+                      1e-5,
+                      1e-12,
+                      1e-2,
+                      "residual of the extracellular potential over its source",
+                      "measured: solver/README.md"};
+  tolerance.structural = true;
+  table.add(tolerance);
+  table.add_vector({root + "boundary_current_uA_per_mm2", "uA/mm2", 0, -1000, 1000,
+                    "current density that enters through the lower end of what conducts along this axis and "
+                    "leaves through the upper one",
+                    by_choice},
+                   0, 0, 0);
+  table.add({root + "boundary_current_start_ms", "ms", 0, 0, 1e6, "when it begins", by_choice});
+  table.add({root + "boundary_current_duration_ms", "ms", 0, 0, 1e6, "how long it flows", by_choice});
+  for (const Region& region : scene.regions)
+    if (region.bath)
+      table.add({root + "regions." + region.name + ".bath_conductivity_mS_per_mm", "mS/mm", 0.66, 1e-4, 100,
+                 "conductivity of the bath, isotropic",
+                 "blood: Gabriel, Lau & Gabriel, Phys. Med. Biol. 41 (1996) 2251"});
 }
 
 }  // namespace
@@ -40,7 +74,7 @@ const std::vector<Parameter>& conductivities() {
 void declare_electrophysiology(Scene& scene) {
   ParameterTable& table = scene.parameters;
   const std::string root = "electrophysiology.";
-  for (Parameter p : conductivities()) {
+  for (Parameter p : conductivities(scene)) {
     p.path = root + p.path;
     table.add(p);
   }
@@ -49,6 +83,8 @@ void declare_electrophysiology(Scene& scene) {
   table.add({root + "capacitance_uF_per_mm2", "uF/mm2", 0.01, 1e-4, 100, "membrane capacitance", niederer});
   table.add({root + "activation_threshold_mV", "mV", 0, -200, 200,
              "a cell is activated when its potential first rises through this", niederer});
+
+  if (scene.activation_method == ActivationMethod::bidomain) declare_bidomain(scene);
 
   for (const auto& [name, model] : scene.region_cell_models)
     if (std::none_of(scene.regions.begin(), scene.regions.end(),
@@ -68,7 +104,7 @@ void declare_electrophysiology(Scene& scene) {
   };
   for (const Region& region : scene.regions) {
     if (!region.excitable) continue;
-    for (const Parameter& p : conductivities()) add_copy(p, root, region);
+    for (const Parameter& p : conductivities(scene)) add_copy(p, root, region);
   }
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     if (!scene.regions[r].excitable) continue;
@@ -85,15 +121,18 @@ RegionParameters region_parameters(const Scene& scene) {
   RegionParameters result{};
   result.intracellular_offset = 2;
   result.velocity_offset = 4;
-  result.stride = static_cast<int>(conductivities().size());
+  result.extracellular_offset = 6;
+  result.stride = static_cast<int>(conductivities(scene).size());
   result.first = -1;
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     const Region& region = scene.regions[r];
     result.slot.push_back(region.excitable ? result.slots++ : -1);
+    result.bath.push_back(
+        scene.parameters.find("electrophysiology.regions." + region.name + ".bath_conductivity_mS_per_mm"));
     result.cell_first.push_back(-1);
     if (!region.excitable) continue;
     const std::string run = root + "regions." + region.name + ".";
-    if (result.first < 0) result.first = table.index(run + conductivities().front().path);
+    if (result.first < 0) result.first = table.index(run + conductivities(scene).front().path);
     const CellModel& model = models.all()[static_cast<size_t>(models.of_region()[r])];
     result.cell_first.back() = table.index(run + model.parameters.front().path);
   }

@@ -20,7 +20,10 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
       members_per_batch_(members_per_batch),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
       region_varies_(heterogeneous_regions(scene)),
-      heterogeneous_(!scene.heterogeneity.parameters.empty()) {
+      heterogeneous_(!scene.heterogeneity.parameters.empty()),
+      few_states_(models_.states() <= 2),
+      constants_by_value_(members_per_batch == 1 && !few_states_ &&
+                          launcher.device().fits_argument(models_.derived() * real_bytes(scene.precision))) {
   Device& device = launcher.device();
   const auto members = static_cast<std::size_t>(members_per_batch);
   const std::size_t real = real_bytes(scene.precision);
@@ -101,13 +104,15 @@ void Monodomain::build_kernels() {
   std::vector<std::string> options = definitions_.options;
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
+  options.push_back("DERIVED_CONSTANTS=" + std::to_string(models_.derived()));
+  if (constants_by_value_) options.push_back("DERIVED_BY_VALUE");
   if (scene_.activation) options.push_back("ACTIVATION");
   if (activation_fields(scene_) > 1) options.push_back("BEATS");
   // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler
-  // takes. A model of many states would spill.
-  constexpr std::size_t few_states = 2;
-  if (models_.states() <= few_states && scene_.precision == Precision::single_)
-    for (const std::string& option : device.register_cap(40)) options.push_back(option);
+  // takes. With the 18 states of ten Tusscher-Panfilov cells and constants from a buffer, ptxas takes 162,
+  // and spills 152 bytes at 96; with constants by value it takes 80 of itself.
+  if (scene_.precision == Precision::single_ && !constants_by_value_)
+    for (const std::string& option : device.register_cap(few_states_ ? 40 : 96)) options.push_back(option);
   const cl::Program program =
       device.build(joined({"segments.clh", "diffusion.clh"}, "reaction.clh", "monodomain.cl"), options,
                    definitions_.generated);
@@ -167,7 +172,9 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     derived_fields_ =
         device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
-  diffusion.assemble(tissue, parameters, 0, 1.0, Diffusion::Use::monodomain, stencil_);
+  const int conductivity =
+      scene_.activation_method == ActivationMethod::bidomain ? regions_.intracellular_offset : 0;
+  diffusion.assemble(tissue, parameters, conductivity, 1.0, Diffusion::Use::monodomain, stencil_);
   diffusion_limit_ms_.clear();
   for (const double largest : diffusion.bound(tissue, stencil_))
     diffusion_limit_ms_.push_back(largest > 0 ? 2 / largest : std::numeric_limits<double>::infinity());
@@ -191,19 +198,20 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
   queue.enqueueReadBuffer(stimulated_by_, CL_TRUE, 0, stimulated_by_host_.size(), stimulated_by_host_.data());
 }
 
+std::vector<double> Monodomain::read(const cl::Buffer& buffer, std::size_t count) {
+  std::vector<std::byte> raw(count * real_bytes(scene_.precision));
+  launcher_.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, raw.size(), raw.data());
+  return unpack(raw, scene_.precision);
+}
+
 void Monodomain::read_rates(const Tissue& tissue, const cl::Buffer& parameters, std::size_t members) {
-  const std::size_t real = real_bytes(scene_.precision);
-  const auto read = [&](const cl::Buffer& buffer, std::size_t count) {
-    std::vector<std::byte> raw(count * real);
-    launcher_.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, raw.size(), raw.data());
-    return unpack(raw, scene_.precision);
-  };
   launcher_(kernels_->derive, cl::NDRange(members), cl::NDRange(1), 0, parameters, derived_,
             fastest_rate_buffer_, Real{1});
   fastest_rate_ = read(fastest_rate_buffer_, members);
   if (!heterogeneous_) return;
   if (tissue.coordinates() == nullptr) throw std::logic_error("heterogeneity needs the tissue's coordinates");
   const auto segments = static_cast<std::size_t>(tissue.stride / Tissue::lanes);
+  const std::size_t real = real_bytes(scene_.precision);
   const cl::Buffer buffer = launcher_.device().allocate(segments * real);
   launcher_(kernels_->segment_rates, cl::NDRange(segments), cl::NDRange(Tissue::group / Tissue::lanes),
             static_cast<double>(tissue.stride) * (1 + 3.0 * static_cast<double>(real)), parameters,
@@ -234,6 +242,7 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NDRange(1), 0, parameters,
             derived_, fastest_rate_buffer_, Real{dt_ms});
+  if (constants_by_value_) constants_.values = read(derived_, models_.derived());
   launcher_(kernels_->initialise, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (5 + real * static_cast<double>(2 + models_.states())), parameters,
             tissue.member_of, tissue.region, heterogeneous_ ? tissue.coordinates : derived_fields_,
@@ -242,10 +251,6 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
 }
 
 void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
-  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  const cl::NDRange global(cells / static_cast<size_t>(width_));
-  const cl::NDRange local(Tissue::block_cells / static_cast<size_t>(width_));
-  const auto bytes = static_cast<double>(cells);
   const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
   const cl::Buffer* before = &potential_[current_];
   if (substeps_ > 1 && scene_.activation) {
@@ -258,15 +263,39 @@ void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, dou
     current_ = 1 - current_;
   }
   diffusion_stage(tissue, potential_[current_], potential_[current_], stage_, 0.5 * dt_diffusion);
+  step(tissue, parameters, time_ms, stage_, potential_[current_], *before, dt_diffusion);
+}
+
+void Monodomain::react(const Tissue& tissue, const cl::Buffer& parameters, double time_ms,
+                       const cl::Buffer& diffused) {
+  step(tissue, parameters, time_ms, diffused, diffused, potential_[current_], 0);
+}
+
+// The second stage of diffusion and the reaction, from `base` into the potential that is not current.
+void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms,
+                      const cl::Buffer& stage, const cl::Buffer& base, const cl::Buffer& before,
+                      double dt_diffusion) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  const cl::NDRange global(cells / static_cast<size_t>(width_));
+  // Of a model with many registers more and smaller groups fit on a multiprocessor.
+  const bool small_groups = launcher_.device().info().gpu && !few_states_;
+  const cl::NDRange local(small_groups ? Tissue::group : Tissue::block_cells / static_cast<size_t>(width_));
+  const auto bytes = static_cast<double>(cells);
   const double whole = std::floor(time_ms);
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
-  launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
-            bytes * bytes_per_cell_step(), stage_, potential_[current_], *before, potential_[1 - current_],
-            states_, stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_,
-            derived_fields_, model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters,
-            tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+  const auto step = [&](const auto& derived) {
+    launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
+              bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,
+              tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived, derived_fields_,
+              model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride,
+              Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+  };
+  if (constants_by_value_)
+    step(constants_);
+  else
+    step(derived_);
   current_ = 1 - current_;
 }
 

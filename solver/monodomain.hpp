@@ -29,6 +29,11 @@ class Monodomain {
   /// One step from time_ms: diffusion (half a step when `first`, which opens the splitting), then reaction.
   void advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first);
 
+  /// The reaction alone of a step from time_ms, on the potential `diffused` that the caller has diffused.
+  void react(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& diffused);
+  /// A step of diffusion alone, from != to.
+  void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
+
   /// Closes the splitting: the potential after half a step of diffusion more, for looking; the solution stays
   /// as it is.
   const cl::Buffer& closed_potential(const Tissue& tissue);
@@ -60,9 +65,11 @@ class Monodomain {
   double bytes_per_cell_stage() const;
 
  private:
-  void diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms);
+  void step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& stage,
+            const cl::Buffer& base, const cl::Buffer& before, double dt_diffusion);
   void choose_fields(std::span<const Member> members);
   void build_kernels();
+  std::vector<double> read(const cl::Buffer& buffer, std::size_t count);
   std::string generated() const;
   void read_rates(const Tissue& tissue, const cl::Buffer& parameters, std::size_t members);
 
@@ -78,7 +85,10 @@ class Monodomain {
   int current_ = 0;
   std::vector<bool> region_varies_;  ///< by region: its cell parameters vary through the wall
   bool heterogeneous_;               ///< in some region they do
-  std::vector<int> field_of_;        ///< by derived constant of all models: its field, or -1
+  bool few_states_;
+  bool constants_by_value_;  ///< derived constants are an argument of the step, not a buffer
+  Reals constants_;
+  std::vector<int> field_of_;  ///< by derived constant of all models: its field, or -1
   int fields_ = 0, fields_allocated_ = -1;
   std::vector<double> diffusion_limit_ms_, fastest_rate_;
   std::vector<std::vector<double>> stimuli_;

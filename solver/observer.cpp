@@ -59,9 +59,10 @@ void Observation::begin(Launcher& launcher, const Tissue& tissue) {
 }
 
 void Observation::sample(Launcher& launcher, const Tissue& tissue, Monodomain& monodomain,
-                         std::int64_t sample, double time_ms) {
+                         const cl::Buffer* closed, std::int64_t sample, double time_ms) {
   if (samples_between_ == 0 || sample % samples_between_ != 0) return;
-  observer_.potential(time_ms, gathered(launcher, tissue, monodomain.closed_potential(tissue), 0));
+  const cl::Buffer& potential = closed != nullptr ? *closed : monodomain.closed_potential(tissue);
+  observer_.potential(time_ms, gathered(launcher, tissue, potential, 0));
 }
 
 void Observation::end(std::span<const float> activation) {

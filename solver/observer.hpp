@@ -38,9 +38,10 @@ class Observation {
   Observation(Observer observer, Precision precision, double sampling_interval_ms);
 
   void begin(Launcher& launcher, const Tissue& tissue);
-  /// At sample number `sample`, taken at time_ms. Waits for the device where it is one to be shown.
-  void sample(Launcher& launcher, const Tissue& tissue, Monodomain& monodomain, std::int64_t sample,
-              double time_ms);
+  /// At sample number `sample`, taken at time_ms. Waits for the device where it is one to be shown. closed:
+  /// the closed potential where there is one already, else null.
+  void sample(Launcher& launcher, const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* closed,
+              std::int64_t sample, double time_ms);
   /// activation: (stride) ms, negative where there is none.
   void end(std::span<const float> activation);
 

@@ -7,7 +7,9 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "solver/bidomain.hpp"
 #include "solver/eikonal_activation.hpp"
+#include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/probes.hpp"
@@ -83,7 +85,7 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
   }
   if (plan.activation != ActivationMethod::automatic) return;
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
-  // wide the speed is up to a tenth too low, of one of half a cell less than half is left.
+  // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
   constexpr double least_cells = 1.5;
   plan.activation = ActivationMethod::monodomain;
   const auto text = [](double x) {
@@ -136,12 +138,18 @@ void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
-  if (scene.activation_method == ActivationMethod::bidomain)
-    throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
+  const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
+  const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
+  if (forward && scene.torso == TorsoKind::unbounded)
+    throw std::invalid_argument(
+        "outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
+  if (forward && scene.activation_method == ActivationMethod::eikonal)
+    throw std::invalid_argument(
+        "outputs.ecg.method: forward needs a time loop; activation: eikonal has none");
   if (scene.activation_method == ActivationMethod::eikonal)
     if (const std::string why = projection_refusal(scene); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
-  if (scene.conduction_system && scene.activation_method == ActivationMethod::monodomain)
+  if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
         "electrophysiology.conduction_system: its fast layer and delay act through arrival times; set "
         "activation: eikonal or reaction_eikonal");
@@ -179,7 +187,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   // A GPU is full with about two million cells; a CPU works through one heart at a time.
   constexpr std::size_t cells_that_fill_a_gpu = 2'000'000;
   constexpr int most_members = 64;
+  // Each member's elliptic solve fills a device by itself.
   plan.members_per_device = options.members_per_device;
+  if (plan.members_per_device <= 0 && (bidomain || forward)) plan.members_per_device = 1;
   if (plan.members_per_device <= 0) {
     const auto fitting = cells_that_fill_a_gpu / std::max<std::size_t>(plan.segments * Tissue::lanes, 1);
     plan.members_per_device = device.info().gpu ? std::clamp(static_cast<int>(fitting), 1, most_members) : 1;
@@ -226,7 +236,18 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
          Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
-  if (scene.ecg) {
+  module("bidomain", bidomain,
+         bidomain ? "electrophysiology.activation: extracellular potential of tissue and bath"
+                  : "the monodomain equation has no extracellular potential",
+         {"add_couplings", "bidomain_source", "gather_extracellular", "bidomain_diffusion"},
+         bidomain ? Bidomain::bytes(grid, batch, grid.size() * batch, scene.precision) : 0);
+  if (forward) {
+    const Torso torso(device, scene, 1);
+    module("torso", true, "outputs.ecg: a solve at every sample",
+           {"tissue_currents", "deposit_currents", "read_leads"},
+           ForwardEcg::bytes(stride, scene.precision) +
+               static_cast<std::size_t>(batch) * torso.bytes(base.values));
+  } else if (scene.ecg) {
     const Torso torso(device, scene);
     module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
            LeadWeights::bytes(stride, scene.precision) + torso.bytes(base.values));
@@ -274,6 +295,19 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
                                  2 * launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;
+  // What one V-cycle and its step of conjugate gradients move and launch; the numbers of V-cycles are those
+  // of configs/bidomain.yaml and of the forward ECG's test.
+  constexpr double reals_per_cell = 60, launches = 50, cycles_per_step = 6, cycles_per_sample = 6;
+  const auto cycle_s = [&](std::size_t cells) {
+    return std::max(reals_per_cell * static_cast<double>(cells * real_bytes(scene.precision)) /
+                        (share_of_triad * device.triad_GB_per_s() * 1e9),
+                    launches * launch_s);
+  };
+  if (bidomain)
+    plan.seconds_per_member += plan.steps * cycles_per_step * cycle_s(static_cast<std::size_t>(grid.size()));
+  if (forward)
+    plan.seconds_per_member += end_ms / sampling_interval_ms(scene) * cycles_per_sample *
+                               cycle_s(Torso(device, scene, 1).cells(base.values));
   return plan;
 }
 

@@ -45,6 +45,7 @@ struct Region {
   std::string shape;      ///< geometry `shapes` only: the shape it fills
   bool excitable = true;  ///< false: insulates (no electrophysiology in it)
   Fibres fibres = Fibres::none;
+  bool bath = false;  ///< bidomain: not excitable, but an isotropic conductor in contact with the tissue
 };
 
 struct Stimulus {
@@ -75,7 +76,11 @@ struct Heterogeneity {
   std::vector<std::string> regions;     ///< where they vary; empty: as heterogeneous_regions() says
 };
 
-struct EcgRequest {};               ///< twelve leads
+/// Twelve leads: by lead fields, solved once, or by a solve of the torso at every sample.
+struct EcgRequest {
+  enum class Method { lead_field, forward };
+  Method method = Method::lead_field;
+};
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
   bool beats = false;  ///< also counts activations, keeps the latest, and measures APD90 and DI at probes

@@ -8,9 +8,11 @@
 #include <optional>
 #include <stdexcept>
 
+#include "solver/bidomain.hpp"
 #include "solver/ecg_features.hpp"
 #include "solver/eikonal_activation.hpp"
 #include "solver/features.hpp"
+#include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/observer.hpp"
@@ -84,7 +86,12 @@ struct Simulation::State {
       reaction_eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
     if (activation_fields(scene) > 1)
       probes.emplace(launcher, scene, definitions, plan.members_per_device, samples_of(scene) + 1);
-    if (scene.ecg) lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
+    if (scene.activation_method == ActivationMethod::bidomain)
+      bidomain.emplace(launcher, scene, definitions, grid, plan.members_per_device);
+    if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
+      forward.emplace(launcher, scene, definitions, plan.members_per_device);
+    else if (scene.ecg)
+      lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
     parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
                                  real_bytes(scene.precision));
   }
@@ -95,6 +102,7 @@ struct Simulation::State {
   void advance(double time_ms, const TimeSteps& steps, bool first);
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
              double timeout_s);
+  void stop_unsolved(std::span<Recording* const> recordings, double time_ms);
   void project(std::span<const Member> members, std::span<Recording* const> recordings);
   void store_features(std::span<const float> activation, std::span<const float> probe_potential,
                       std::size_t m, const Member& member, Recording& recording) const;
@@ -107,10 +115,12 @@ struct Simulation::State {
   Tissue tissue;
   Diffusion diffusion;
   Monodomain monodomain;
+  std::optional<Bidomain> bidomain;
   std::optional<EikonalActivation> eikonal;  ///< activation: eikonal, without a time loop
   std::optional<TemplateEcg> templates;
   std::optional<ReactionEikonal> reaction_eikonal;
   std::optional<LeadWeights> lead_weights;
+  std::optional<ForwardEcg> forward;
   Recorder recorder;
   std::optional<Probes> probes;
   std::optional<Observation> observation;
@@ -140,15 +150,17 @@ void Simulation::State::prepare(std::span<const Member> members) {
     eikonal->assemble(tissue, parameters, members);
   else
     monodomain.assemble(tissue, diffusion, parameters, members);
+  if (bidomain) bidomain->assemble(tissue, diffusion, monodomain, parameters, members);
   if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, parameters, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
+  if (forward) forward->assemble(tissue, diffusion, parameters, members);
 }
 
 // Every so many segments of tissue are asked whether they lie in the torso: enough to find a misplaced heart.
 constexpr std::size_t segments_to_a_probe = 8;
 
 bool Simulation::State::in_torso(std::size_t m, const Member& member) {
-  if (!lead_weights) return true;
+  if (!scene.ecg) return true;
   const Pose pose = heart_pose(scene.parameters, member.values);
   std::vector<Point> places;
   const auto begin =
@@ -162,12 +174,14 @@ bool Simulation::State::in_torso(std::size_t m, const Member& member) {
     const std::array<double, 3> centre = tissue.centre(cell);
     places.push_back(pose({centre[0], centre[1], centre[2]}));
   }
-  return lead_weights->torso().holds(places, member.values);
+  const Torso& torso = lead_weights ? lead_weights->torso() : forward->torso(m);
+  return torso.holds(places, member.values);
 }
 
 // Why member m cannot run; empty when it can.
 std::string Simulation::State::defect(std::size_t m, const Member& member) {
-  if (tissue.touches_boundary[m]) return "the tissue leaves the grid";
+  if (tissue.touches_boundary[m] || (bidomain && bidomain->conductor().touches_boundary[m]))
+    return "the tissue leaves the grid";
   std::vector<bool> present(scene.regions.size(), false);
   std::uint8_t stimulated = 0;
   const auto begin =
@@ -204,7 +218,7 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
         recording->reason = "the potential is beyond 1000 mV, or no number, in " +
                             std::to_string(static_cast<std::int64_t>(wild)) + " cells";
       }
-    } else if (lead_weights && sample < static_cast<int>(shape.ecg_ms.size()) &&
+    } else if (scene.ecg && sample < static_cast<int>(shape.ecg_ms.size()) &&
                recording->outcome == Outcome::done) {
       const std::size_t samples = shape.ecg_ms.size();
       const auto put = [&](std::size_t lead, float mV) {
@@ -221,6 +235,21 @@ void Simulation::State::store_sample(int sample, double time_ms, const double* r
       for (std::size_t v = 0; v < 6; ++v) put(6 + v, static_cast<float>(row[2 + v]));
     }
     row += recorder.quantities();
+  }
+}
+
+// Ends members whose potentials the elliptic solver could not find.
+void Simulation::State::stop_unsolved(std::span<Recording* const> recordings, double time_ms) {
+  constexpr double acceptable_forward = 1e-3;
+  for (std::size_t m = 0; m < recordings.size(); ++m) {
+    const bool extracellular =
+        bidomain && !(bidomain->worst_residual()[m] <= bidomain->acceptable_residual());
+    const bool torso = forward && !(forward->worst_residual()[m] <= acceptable_forward);
+    if (recordings[m]->outcome != Outcome::done || !(extracellular || torso)) continue;
+    recordings[m]->outcome = Outcome::unstable;
+    recordings[m]->failed_at_ms = time_ms;
+    recordings[m]->reason = extracellular ? "the extracellular potential does not converge"
+                                          : "the potential of the torso does not converge";
   }
 }
 
@@ -271,7 +300,10 @@ void Simulation::State::project(std::span<const Member> members, std::span<Recor
 // One step of whatever activates the tissue.
 void Simulation::State::advance(double time_ms, const TimeSteps& steps, bool first) {
   if (reaction_eikonal) reaction_eikonal->trigger(tissue, monodomain, parameters, time_ms, steps.dt_ms);
-  monodomain.advance(tissue, parameters, time_ms, first);
+  if (bidomain)
+    bidomain->advance(tissue, monodomain, parameters, time_ms, first);
+  else
+    monodomain.advance(tissue, parameters, time_ms, first);
 }
 
 // The time loop of members that share their steps. Nothing in it waits for the device but the fetch of
@@ -285,6 +317,7 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   const auto loop_start = Clock::now();
 
   monodomain.initialise(tissue, parameters, steps.dt_ms, steps.substeps);
+  if (bidomain) bidomain->initialise();
   recorder.prepare(tissue);
   if (probes) probes->prepare(tissue, members);
   if (observation) observation->begin(launcher, tissue);
@@ -311,10 +344,15 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
     const int fetch = first / samples_per_fetch;
     launcher.profile(fetch % fetches_per_profile == (batches > 0 ? 0 : 1));
     for (int k = 0; k < count; ++k) {
-      recorder.sample(tissue, monodomain, weights, k);
+      const double sample_ms = static_cast<double>(step) * steps.dt_ms;
+      const cl::Buffer* closed = bidomain  ? &bidomain->closed_potential(tissue, monodomain, sample_ms)
+                                 : forward ? &monodomain.closed_potential(tissue)
+                                           : nullptr;
+      recorder.sample(tissue, monodomain, weights, k, closed);
+      if (forward) forward->sample(tissue, *closed, recorder.series(), recorder.quantities(), k);
       if (probes) probes->sample(monodomain.potential(), first + k);
       if (observation)
-        observation->sample(launcher, tissue, monodomain, first + k,
+        observation->sample(launcher, tissue, monodomain, closed, first + k,
                             std::min((first + k) * interval, end_ms));
       for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
         advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
@@ -323,6 +361,7 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
     recorder.start_fetch(count);
     if (pending) receive(*pending, false);
     pending = Fetch{first, count};
+    stop_unsolved(recordings, (first + count) * interval);
     if (seconds_since(loop_start) > timeout_s) {
       for (Recording* recording : recordings) {
         if (recording->outcome != Outcome::done) continue;

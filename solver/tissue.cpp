@@ -60,13 +60,15 @@ Grid make_grid(const Scene& scene, std::span<const Member> members) {
 Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   Definitions result;
   const RegionParameters regions = region_parameters(scene);
-  std::string excitable = "{", slot = "constant int region_slot[] = {";
+  std::string excitable = "{", slot = "constant int region_slot[] = {",
+              bath = "constant int bath_parameter[] = {";
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     excitable += scene.regions[r].excitable ? "1," : "0,";
     slot += std::to_string(regions.slot[r]) + ",";
+    bath += std::to_string(regions.bath[r]) + ",";
   }
-  result.generated =
-      parameter_macros(scene.parameters) + slot + "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
+  result.generated = parameter_macros(scene.parameters) + slot + "};\n" + bath +
+                     "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
   const auto define = [&](const std::string& name, int value) {
     result.options.push_back(name + "=" + std::to_string(value));
   };
@@ -83,7 +85,7 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   return result;
 }
 
-Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members)
+Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members, Holds holds)
     : launcher_(launcher),
       device_(launcher.device()),
       precision_(scene.precision),
@@ -93,6 +95,12 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
     throw std::runtime_error("a batch of " + std::to_string(members) + " members on " +
                              std::to_string(grid.size()) + " cells is larger than 2^31 cells");
   Definitions definitions = scene_definitions(scene, grid);
+  if (holds == Holds::conductors) {
+    definitions.generated += "#undef EXCITABLE_TABLE\n#define EXCITABLE_TABLE {";
+    for (const Region& part : scene.regions)
+      definitions.generated += part.excitable || part.bath ? "1," : "0,";
+    definitions.generated += "}\n";
+  }
   std::vector<std::string> files = geometry_files(scene);
   files.insert(files.end(), {"segments.clh", "tissue.cl"});
   const cl::Program program =

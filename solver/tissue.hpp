@@ -42,7 +42,12 @@ class Tissue {
   /// kernel anew for each group size that it chooses itself.
   static constexpr std::size_t group = 64;
 
-  Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members);
+  /// Which regions it is made of: those that are excitable, or what conducts in the bidomain equations, these
+  /// and the bath.
+  enum class Holds { excitable, conductors };
+
+  Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members,
+         Holds holds = Holds::excitable);
 
   /// Evaluates the geometry of `members` members, whose blocks stand in `parameters` (members, table size),
   /// and fills everything below. Throws std::runtime_error where device memory does not suffice.

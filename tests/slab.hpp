@@ -28,8 +28,9 @@ inline Device& device() {
 struct Slab {
   /// size in mm, from the origin. set: changes to the parameters' values, by path.
   Slab(std::array<double, 3> size_mm, double dx_mm, Precision precision, const std::string& cell_model,
-       const std::vector<std::pair<std::string, double>>& set, const std::vector<Stimulus>& stimuli = {})
-      : Slab(box(cell_model, precision, stimuli), with_size(size_mm, dx_mm, set)) {}
+       const std::vector<std::pair<std::string, double>>& set, const std::vector<Stimulus>& stimuli = {},
+       ActivationMethod method = ActivationMethod::automatic)
+      : Slab(box(cell_model, precision, stimuli, method), with_size(size_mm, dx_mm, set)) {}
 
   /// A scene whose structure is set; its parameters are declared here.
   Slab(Scene structure, const std::vector<std::pair<std::string, double>>& set)
@@ -55,8 +56,10 @@ struct Slab {
   }
 
   static Scene box(const std::string& cell_model, Precision precision,
-                   const std::vector<Stimulus>& stimuli = {}) {
+                   const std::vector<Stimulus>& stimuli = {},
+                   ActivationMethod method = ActivationMethod::automatic) {
     Scene result;
+    result.activation_method = method;
     result.geometry = GeometryKind::box;
     result.cell_model = cell_model;
     result.precision = precision;

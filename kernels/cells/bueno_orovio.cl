@@ -112,8 +112,8 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_inverse_amplitude] = 1 / p[P_amplitude_mV];
 }
 
-// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 1.2 ms for all three layers and the reaction's share of a
-// front's error is 0.4 %. Half of that makes durations worse in single precision: potentials near rest, in mV, then change by
+// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 1.2 ms for all three layers and the
+// upstroke within 2 %. Half of that makes durations worse in single precision: potentials near rest, in mV, then change by
 // less than a float can tell.
 real cell_fastest_rate(const real *p) { return R(0.3) / p[P_tau_fi_ms]; }
 

@@ -174,8 +174,8 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_Kcsqn] = p[P_Kcsqn_mM];
 }
 
-// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 0.9 ms, calcium within 1 % and the reaction's share
-// of a front's error is 0.5 %. The upstroke quickens about with the root of the sodium conductance.
+// Measured (tests/results/cell_models.md): with steps of 0.05 ms durations are within 0.9 ms, calcium within 1 %, fronts within
+// 0.7 %. The upstroke quickens about with the root of the sodium conductance.
 real cell_fastest_rate(const real *p) { return R(3.9) * fmax(R(1.0), sqrt(p[P_gNa] / R(7.8))); }
 
 // 1 - exp(-z) for z > 0 to z^5/720: the share of the way to its end that a gate goes in a step of z time constants. Below 1 for

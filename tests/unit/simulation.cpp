@@ -178,6 +178,7 @@ TEST(Simulation, AMemberThatCannotRunIsRejectedWithItsReasonAndTheOthersRun) {
 
 TEST(Simulation, AnUnstableMemberSaysWhenAndDoesNotTouchItsNeighbours) {
   Scene scene = coarse_heart();
+  scene.activation_method = ActivationMethod::monodomain;  // reaction-eikonal rejects cells without a front
   scene.parameters[scene.parameters.index("time.dt_ms")].value = 2;  // beyond what the cell model bears
   const std::vector<Member> members = {
       member(scene, 0, {{tau_in, 0.05}, {"stimuli.sinus.amplitude_mV_per_ms", 1000}}),
