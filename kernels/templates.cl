@@ -15,28 +15,30 @@
 #define NEVER 0x3fffffff  // sample from which a cell that is not reached would be activated
 
 // Where each tissue cell finds its potential: place (stride), such that table[place + k] is that of sample k, in the
-// lower column and phase; start (stride): the first sample within the table; share (2, stride): of the next phase and of
-// the next column. column_first, column_count by region (0: none); column_of (stride): place between the
+// lower column and phase; start (stride): the first sample within the table; share (3, stride): of the next phase, of the
+// next column, and the potential before `start`. column_first, column_count by region (0: none); column_of (stride): place between the
 // columns of its region, 0 to 1, where column_count is above 1.
 kernel void template_places(global const real *restrict arrival, global const ushort *restrict member_of,
                             global const uchar *restrict tissue_region_of, global const int *restrict column_first,
                             global const int *restrict column_count, global const real *restrict column_of,
-                            global int *restrict place, global int *restrict start, global real *restrict share,
-                            const int stride, const real interval) {
+                            global const real *restrict table, global int *restrict place, global int *restrict start,
+                            global real *restrict share, const int stride, const real interval) {
   const int i = get_global_id(0), region = tissue_region_of[i];
   const int columns = region == NO_REGION ? 0 : column_count[region];
   place[i] = 0;
   start[i] = NEVER;
-  share[i] = share[i + (size_t)stride] = 0;
+  share[i] = share[i + (size_t)stride] = share[i + 2 * (size_t)stride] = 0;
+  if (columns == 0) return;
+  const int first_row = (member_of[i / LANES] * COLUMNS + column_first[region]) * (PHASES + 1);
+  share[i + 2 * (size_t)stride] = table[first_row * ROW];  // all columns of a region rest alike
   const real T = arrival[i];
-  if (columns == 0 || !(T < SAMPLES * interval)) return;
+  if (!(T < SAMPLES * interval)) return;
   const real come = ceil(T / interval), late = (come * interval - T) / interval * PHASES;
   const int phase = clamp((int)late, 0, PHASES - 1), sample = (int)come;
   const real along = columns > 1 ? clamp(column_of[i], R(0.0), R(1.0)) * (columns - 1) : 0;
   const int column = columns > 1 ? min((int)along, columns - 2) : 0;
   start[i] = sample - FOOT;
-  place[i] = (((int)member_of[i / LANES] * COLUMNS + column_first[region] + column) * (PHASES + 1) + phase) * ROW +
-             FOOT + LANES - sample;
+  place[i] = (first_row + column * (PHASES + 1) + phase) * ROW + FOOT + LANES - sample;
   share[i] = late - phase;
   share[i + (size_t)stride] = along - column;
 }
@@ -51,13 +53,17 @@ kernel void project_blocks(global const real *restrict table, global const int *
 #pragma unroll
   for (int q = 0; q < QUANTITIES; ++q) total[q] = 0;
   for (int i = FIRST_CELL + block * BLOCK; i < FIRST_CELL + (block + 1) * BLOCK; ++i) {
-    if (k + WIDTH <= start[i]) continue;  // at rest, or no tissue
-    const real between = share[i], across = share[i + (size_t)stride];
-    global const real *low = table + place[i] + k;
-    global const real *high = across > 0 ? low + (PHASES + 1) * ROW : low;
-    const realv lower = mix(LOAD(low), LOAD(low + ROW), (realv)(between));
-    const realv upper = mix(LOAD(high), LOAD(high + ROW), (realv)(between));
-    const realv u = mix(lower, upper, (realv)(across));
+    realv u = share[i + 2 * (size_t)stride];
+    if (k + WIDTH > start[i]) {
+      const real between = share[i], across = share[i + (size_t)stride];
+      global const real *low = table + place[i] + k;
+      global const real *high = across > 0 ? low + (PHASES + 1) * ROW : low;
+      const realv lower = mix(LOAD(low), LOAD(low + ROW), (realv)(between));
+      const realv upper = mix(LOAD(high), LOAD(high + ROW), (realv)(between));
+      u = mix(lower, upper, (realv)(across));
+    } else if (share[i + 2 * (size_t)stride] == 0) {
+      continue;  // at the reference, or no tissue
+    }
 #pragma unroll
     for (int q = 0; q < LEADS; ++q) total[q] = fma((realv)(weights[i + q * (size_t)stride]), u, total[q]);
     total[LEADS] += WHERE(isless(fabs(u), (realv)(LARGEST_POTENTIAL_mV)), (realv)(0), (realv)(1));

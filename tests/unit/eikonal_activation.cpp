@@ -31,7 +31,7 @@ Scene coarse_heart() {
 void declare(Scene& scene, double dx_mm = 5) {
   declare_parameters(scene);
   const Changes values = {{"grid.dx_mm", dx_mm},
-                          {"time.end_ms", 500},
+                          {"time.end_ms", 700},
                           {"outputs.ecg.rate_hz", 500},
                           {"torso.dx_mm", 20},
                           {"electrophysiology.velocity_longitudinal_mm_per_ms", 0.6},
@@ -146,7 +146,7 @@ TEST(ConductionSystem, SitesAreTheNearestCellsOfTheirSurface) {
 
 TEST(ConductionSystem, TheFastLayerStraddlesTheEndocardiumBelowItsHeight) {
   Scene scene = coarse_heart();
-  declare(scene, 3);
+  declare(scene, 4);
   Parts heart(scene);
   const auto sheet = heart.read<std::uint8_t>(heart.activation.network().sheet().id, 1);
   std::array<int, 3> counts{};
@@ -156,13 +156,13 @@ TEST(ConductionSystem, TheFastLayerStraddlesTheEndocardiumBelowItsHeight) {
     const bool ventricle = region == "lv" || region == "rv";
     const bool left = region == "lv" && heart.coordinate(0, i) <= 0.5;
     const bool within =
-        ventricle && std::abs(heart.coordinate(3, i)) <= 1.5 && heart.coordinate(1, i) <= (left ? 0.85 : 1.0);
+        ventricle && std::abs(heart.coordinate(3, i)) <= 2 && heart.coordinate(1, i) <= (left ? 0.85 : 1.0);
     EXPECT_EQ(static_cast<int>(sheet[i]), within ? (left ? 1 : 2) : 0) << i;
     ++counts[sheet[i]];
   }
   // The left endocardium below its height is an ellipsoid of semi-axes 25, 25, 65 mm cut at two places: some
   // 12000 mm2.
-  const double left_area = counts[1] * 9.0;
+  const double left_area = counts[1] * 16.0;
   EXPECT_GT(left_area, 8000);
   EXPECT_LT(left_area, 18000);
   EXPECT_GT(counts[2], 0);
@@ -237,7 +237,7 @@ TEST(TemplateEcg, EqualsEachCellsOwnActionPotential) {
       tau += -12 * (heart.coordinate(0, i) - 0.5) + 22 * (heart.coordinate(1, i) - 0.5) +
              13 * std::cos(heart.coordinate(2, i));
     const int key = static_cast<int>(std::lround(10 * tau));
-    if (!known.contains(key)) known[key] = action_potential(key / 10.0, spacing, 520);
+    if (!known.contains(key)) known[key] = action_potential(key / 10.0, spacing, 720);
     const std::vector<double>& V = known[key];
     for (std::size_t k = 0; k < samples; ++k) {
       const double since = (static_cast<double>(k) * interval - static_cast<double>(arrival[i])) / spacing;
@@ -253,7 +253,10 @@ TEST(TemplateEcg, EqualsEachCellsOwnActionPotential) {
   }
   // ST and T, where the foot of the upstroke has no say: all cells are activated by then.
   double error = 0, size = 0;
-  for (std::size_t k = 150; k < samples; ++k) {
+  const float last = *std::max_element(arrival.begin(), arrival.end(), [](float a, float b) {
+    return (a < Eikonal::unreached_ms ? a : 0) < (b < Eikonal::unreached_ms ? b : 0);
+  });
+  for (auto k = static_cast<std::size_t>((last + 10) / interval); k < samples; ++k) {
     EXPECT_EQ(series[k * quantities + LeadWeights::leads], 0) << "a potential of no use at sample " << k;
     for (std::size_t q = 0; q < LeadWeights::leads; ++q) {
       const double a = series[k * quantities + q], b = exact[k * LeadWeights::leads + q];
