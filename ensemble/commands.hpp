@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct CampaignOptions {
   std::vector<std::string> overrides;  ///< "key=value" of each --set, in order
   std::string store;                   ///< --store, or empty
   std::string device;                  ///< --device, or empty
+  std::vector<std::string> exports;    ///< each --export: what to write of one member, instead of a campaign
+  std::int64_t export_member = 0;      ///< --member
+  double export_spacing_mm = 0;        ///< --export-spacing; 0: half of grid.dx_mm
 };
 
 // One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
+#include "ensemble/command_export.hpp"
 #include "ensemble/commands.hpp"
 #include "ensemble/guarded.hpp"
 #include "ensemble/status.hpp"
@@ -47,7 +48,19 @@ int main(int argc, char** argv) {
   add_campaign_options(*run, options, true);
   run->add_option("--store", options.store, "HDF5 file, instead of the campaign file's");
   run->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
-  run->callback([&] { chosen = [&] { return command_run(options); }; });
+  run->add_option(
+         "--export", options.exports,
+         "instead of running the campaign, write one member: FILE.nii or FILE.nii.gz, its heart as a map of "
+         "labels; repeatable")
+      ->expected(1)
+      ->take_all();
+  run->add_option("--member", options.export_member, "which member --export writes, from 0");
+  run->add_option("--export-spacing", options.export_spacing_mm,
+                  "mm, edge of an exported label; half of grid.dx_mm")
+      ->check(CLI::Range(0.01, 20.0));
+  run->callback([&] {
+    chosen = [&] { return options.exports.empty() ? command_run(options) : command_export(options); };
+  });
 
   CLI::App* plan = app.add_subcommand("plan", "what would run and what is left out, memory, steps, seconds");
   add_campaign_options(*plan, options, true);
