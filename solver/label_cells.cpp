@@ -180,6 +180,8 @@ void classify(const FineLabels& fine, const LabelHeart& heart, LabelCells& cells
             const Part* row = &fine.parts[fine.at(x * k, y * k + b, z * k + c)];
             for (int a = 0; a < k; ++a) ++count[row[a]];
           }
+        // The bundle is laid over walls whose share beneath it is not known: where it fills less than half of
+        // a cell, it owns the cell if little else is in it.
         double excitable = 0, inert = 0, most = 0, atrial = 0;
         int owner = -1;
         for (int r = 0; r < regions; ++r) {
@@ -193,7 +195,7 @@ void classify(const FineLabels& fine, const LabelHeart& heart, LabelCells& cells
         }
         const double on_path = path < 0 ? 0 : count[part_of(path)] / all;
         const double on_bundle = bundle < 0 ? 0 : count[part_of(bundle)] / all;
-        if (on_bundle > 0 && (on_bundle >= 0.5 || on_bundle > atrial)) owner = bundle;
+        if (on_bundle >= 0.5 || on_bundle > 2 * atrial) owner = bundle;
         bool conducts = excitable - on_path >= inert;
         // In the plate a sliver of the path conducts: it must not break where it passes between cells.
         const bool in_plate = inert > excitable - on_path;
@@ -208,8 +210,9 @@ void classify(const FineLabels& fine, const LabelHeart& heart, LabelCells& cells
       }
 }
 
-/// Atrial cells that touch ventricular ones, by a corner too, insulate: only the path may conduct. Of what a
-/// convention of public images or an export at another spacing leaves there, one cell gives way.
+/// Atrial cells that touch ventricular ones by a face or an edge, as diffusion reaches, insulate: only the
+/// path may conduct. Of what a convention of public images or an export at another spacing leaves there, one
+/// cell gives way.
 void separate(const LabelHeart& heart, LabelCells& cells) {
   const auto& [nx, ny, nz] = cells.grid.cells;
   std::array<int, 256> side{};
@@ -227,10 +230,11 @@ void separate(const LabelHeart& heart, LabelCells& cells) {
         const std::int64_t cell = x + n[0] * (y + n[1] * z);
         if (side[cells.region[size_t(cell)]] != 2) continue;
         bool touches = false;
-        for (int neighbour = 0; neighbour < 27 && !touches; ++neighbour)
-          touches =
-              side[cells.region[size_t(cell + neighbour % 3 - 1 +
-                                       n[0] * (neighbour / 3 % 3 - 1 + n[1] * (neighbour / 9 - 1)))]] == 1;
+        for (int neighbour = 0; neighbour < 27 && !touches; ++neighbour) {
+          const int dx = neighbour % 3 - 1, dy = neighbour / 3 % 3 - 1, dz = neighbour / 9 - 1;
+          if (std::abs(dx) + std::abs(dy) + std::abs(dz) > 2) continue;
+          touches = side[cells.region[size_t(cell + dx + n[0] * (dy + n[1] * dz))]] == 1;
+        }
         if (touches) inert.push_back(size_t(cell));
       }
   for (const std::size_t cell : inert) {
@@ -353,14 +357,14 @@ void locate(const FineLabels& fine, const LabelHeart& heart, LabelCells& cells) 
                   : p[2] > 0         ? between(marks.his, marks.node)
                                      : between(marks.end, marks.his);
     } else if (rule == LabelFibres::helix || rule == LabelFibres::circumferential) {
-      // Thin walls are of even thickness: their normal is that of the endocardium.
-      const bool thick = name != "rv" && name != "la" && name != "ra";
+      // Of u, in which the nearer surface sets the normal: where the right ventricle's wall meets the left
+      // one, only its outer surface goes on.
       for (size_t a = 0; a < 3; ++a)
         for (const double side : {-1.0, 1.0}) {
           Vector q = p;
           q[a] += side * reach;
           const auto there = depth(name, q);
-          direction[a] += side * (thick ? there[0] / std::max(there[0] + there[1], thinnest) : there[0]);
+          direction[a] += side * there[0] / std::max(there[0] + there[1], thinnest);
         }
       const double length = std::hypot(direction[0], direction[1], direction[2]);
       if (length > 0)
