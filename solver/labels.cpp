@@ -83,6 +83,7 @@ void LabelHeart::collect_regions(const std::string& name) {
   std::vector<std::string> present, labelled;  // in the image, in the table
   for (const auto& [value, meaning] : table) labelled.push_back(meaning);
   for (std::size_t i = 0; i < image.labels.size(); ++i) {
+    if (image.counts[i] == 0) continue;
     const auto it = table.find(image.labels[i]);
     if (it == table.end())
       unknown +=
@@ -119,6 +120,7 @@ void LabelHeart::collect_regions(const std::string& name) {
 
   part_of_label.assign(image.labels.size(), no_part);
   for (std::size_t i = 0; i < image.labels.size(); ++i) {
+    if (image.counts[i] == 0) continue;
     const std::string& meaning = table.at(image.labels[i]);
     for (std::size_t b = 0; b < std::size(blood_names); ++b)
       if (meaning == blood_names[b]) part_of_label[i] = static_cast<Part>(lv_blood_part + b);

@@ -81,6 +81,22 @@ void check_header(const std::string& file, const nifti_1_header& header, std::ui
                      header.dim[1], header.dim[2], header.dim[3], bytes, file_bytes));
 }
 
+/// Whether the file, decompressed, holds so many bytes and is sound so far; niftiio fills what is missing
+/// with zeros.
+bool holds(const std::string& file, std::uint64_t bytes) {
+  gzFile in = gzopen(file.c_str(), "rb");
+  if (!in) return false;
+  std::vector<unsigned char> buffer(std::size_t{1} << 18);
+  while (bytes > 0) {
+    const int got =
+        gzread(in, buffer.data(), static_cast<unsigned>(std::min<std::uint64_t>(bytes, buffer.size())));
+    if (got <= 0) break;
+    bytes -= static_cast<std::uint64_t>(got);
+  }
+  gzclose(in);
+  return bytes == 0;
+}
+
 double mm_per_unit(const nifti_image& image) {
   if (image.xyz_units == NIFTI_UNITS_METER) return 1000;
   if (image.xyz_units == NIFTI_UNITS_MICRON) return 1e-3;
@@ -218,7 +234,9 @@ LabelImage read_label_image(const std::string& file) {
     std::string text(extension.edata, static_cast<size_t>(extension.esize - 8));
     image.comment += text.substr(0, text.find('\0'));
   }
-  if (nifti_image_load(nim.get()) != 0 || !nim->data)
+  const std::uint64_t needed =
+      static_cast<std::uint64_t>(header->vox_offset) + image.size() * static_cast<std::uint64_t>(nim->nbyper);
+  if (!holds(file, needed) || nifti_image_load(nim.get()) != 0 || !nim->data)
     fail(file, "is cut short or damaged: not all voxels can be read");
   switch (nim->datatype) {
     case DT_UINT8:
