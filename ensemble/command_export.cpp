@@ -1,17 +1,27 @@
-#include "ensemble/command_export.hpp"
-
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "ensemble/choose_device.hpp"
+#include "ensemble/commands.hpp"
 #include "ensemble/config.hpp"
+#include "ensemble/exports.hpp"
 #include "ensemble/members.hpp"
 #include "solver/export_labels.hpp"
 
 namespace cohort {
 
 namespace {
+
+void check_kinds(const std::vector<std::string>& kinds) {
+  for (const std::string& kind : kinds)
+    if (kind != "vtk" && !is_nifti_name(kind))
+      throw std::runtime_error(
+          fmt::format("--export {}: unknown; vtk writes the fields of a member, a name that "
+                      "ends in .nii or .nii.gz its heart as labels",
+                      kind));
+}
 
 void export_labels(const std::string& file, Device& device, const Campaign& campaign, const Member& member,
                    double spacing_mm) {
@@ -24,20 +34,26 @@ void export_labels(const std::string& file, Device& device, const Campaign& camp
 }  // namespace
 
 ExitCode command_export(const CampaignOptions& options) {
-  const Campaign campaign = read_campaign(options.file, options.overrides);
-  for (const std::string& what : options.exports)
-    if (!is_nifti_name(what))
-      throw std::runtime_error("--export " + what +
-                               ": cannot be told what to write; name a file .nii or .nii.gz");
-  const std::vector<Member> all = members(campaign);
-  if (options.export_member < 0 || options.export_member >= static_cast<std::int64_t>(all.size()))
+  check_kinds(options.exports);
+  Campaign campaign = read_campaign(options.file, options.overrides);
+  if (!options.store.empty()) campaign.store = options.store;
+  if (options.export_member < 0 || options.export_member >= campaign.members)
     throw std::runtime_error(
-        fmt::format("--member {}: the campaign has members 0 to {}", options.export_member, all.size() - 1));
-  const Member& member = all[static_cast<std::size_t>(options.export_member)];
+        fmt::format("--member {}: there are members 0 to {}", options.export_member, campaign.members - 1));
+  // Activation is looked at whether or not the campaign records it.
+  if (!campaign.scene.activation) campaign.scene.activation.emplace();
+  const Member member = members(campaign)[static_cast<std::size_t>(options.export_member)];
+
   share_cores({});
   Device device(choose_device(options.device, {}));
-  for (const std::string& what : options.exports)
-    export_labels(what, device, campaign, member, options.export_spacing_mm);
+  for (const std::string& kind : options.exports)
+    if (is_nifti_name(kind)) export_labels(kind, device, campaign, member, options.export_spacing_mm);
+  if (std::find(options.exports.begin(), options.exports.end(), "vtk") == options.exports.end())
+    return ExitCode::done;
+  PlanOptions plan_options;
+  plan_options.members_per_device = 1;
+  const Plan plan = make_plan(device, campaign.scene, {&member, 1}, plan_options);
+  export_vtk({campaign, member, device, plan}, options.export_every_ms);
   return ExitCode::done;
 }
 

@@ -41,7 +41,10 @@ std::string value_of(const Parameter& parameter, const Campaign& campaign) {
       std::find_if(campaign.parameters.begin(), campaign.parameters.end(),
                    [&](const SampledParameter& candidate) { return candidate.path == parameter.path; });
   if (sampled != campaign.parameters.end()) return prior(sampled->distribution);
-  if (std::isnan(parameter.value) && !parameter.inherits.empty()) return "inherits";
+  if (std::isnan(parameter.value) && !parameter.inherits.empty())
+    return parameter.inherits_factor == 1
+               ? "inherits"
+               : fmt::format("{} {}", parameter.inherits_factor, parameter.inherits);
   return fmt::format("{}", parameter.value);
 }
 

@@ -181,9 +181,11 @@ ExitCode command_run(const CampaignOptions& options) {
     plan = plan_campaign(*device, campaign, all);
     simulation.emplace(*device, campaign.scene, plan);
   });
-  if (ranks.first())
+  if (ranks.first()) {
     spdlog::info("{} members, {} tissue cells, {} steps of {} ms, {} at a time on each device",
                  campaign.members, plan.tissue_cells, plan.steps, plan.dt_ms, plan.members_per_device);
+    for (const std::string& line : conduction_lines(plan)) spdlog::info("{}", line);
+  }
 
   std::unique_ptr<Claims> claims;
   const std::unique_ptr<Store> store = open_store(ranks, campaign.store, schema, claims);

@@ -20,8 +20,9 @@ struct CampaignOptions {
   std::vector<std::string> overrides;  ///< "key=value" of each --set, in order
   std::string store;                   ///< --store, or empty
   std::string device;                  ///< --device, or empty
-  std::vector<std::string> exports;    ///< each --export: what to write of one member, instead of a campaign
+  std::vector<std::string> exports;    ///< each --export, in order: what to write of one member
   std::int64_t export_member = 0;      ///< --member
+  double export_every_ms = 10;         ///< --export-every
   double export_spacing_mm = 0;        ///< --export-spacing; 0: half of grid.dx_mm
 };
 
@@ -29,6 +30,7 @@ struct CampaignOptions {
 // input is thrown as ConfigError or std::runtime_error; what goes wrong once members run is told and returned
 // as ExitCode::interrupted.
 ExitCode command_run(const CampaignOptions& options);
+ExitCode command_export(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
 ExitCode command_parameters(const CampaignOptions& options);
 ExitCode command_devices();

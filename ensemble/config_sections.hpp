@@ -23,6 +23,12 @@ void read_structure(Node* scene_node, Node* outputs_node, const std::string& fil
 /// Reads the label map that `geometry` names, and what its values mean, into scene.labels.
 void read_labels(Node& geometry, const std::string& file, Scene& scene, Mistakes& mistakes);
 
+/// The part of read_structure for `electrophysiology`; needs the structure of the geometry.
+void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mistakes);
+
+/// Reads scene.electrophysiology.conduction_system, before the regions, which depend on it.
+void read_conduction_system(Node& node, Scene& scene, Mistakes& mistakes);
+
 /// Sets the parameters of the table that stand below `map`, and adds a mistake for each key that is neither
 /// structure nor a parameter.
 void read_parameters(Node& map, ParameterTable& table, Mistakes& mistakes);

@@ -19,6 +19,7 @@ struct ShapeWord {
 };
 
 constexpr size_t any_number = 64;
+constexpr size_t most_stimuli = 8;  // bits of a cell's mask, kernels/stimulus.clh
 constexpr ShapeWord shape_words[] = {
     {"box", Shape::Kind::box, 0, 0},
     {"ellipsoid", Shape::Kind::ellipsoid, 0, 0},
@@ -138,6 +139,12 @@ void read_region(Node::Entry& entry, Scene& scene, Mistakes& mistakes) {
   }
   if (Node* excitable = take(node, "excitable"))
     region.excitable = read_bool(*excitable, excitable->path, mistakes).value_or(true);
+  if (Node* bath = take(node, "bath")) {
+    region.bath = read_bool(*bath, bath->path, mistakes).value_or(false);
+    if (region.bath && region.excitable && node.find("excitable"))
+      mistakes.add(bath->place, fmt::format("{} is excitable, and no bath", node.path));
+    if (region.bath) region.excitable = false;
+  }
   if (Node* fibres = take(node, "fibres"))
     region.fibres = read_word<Region::Fibres>(*fibres,
                                               {{"none", Region::Fibres::none},
@@ -217,6 +224,8 @@ void read_stimuli(Node& stimuli, Scene& scene, Mistakes& mistakes) {
     }
     if (node.read) continue;  // its numbers depend on what is wrong
     scene.stimuli.push_back(std::move(stimulus));
+    if (scene.stimuli.size() == most_stimuli + 1)
+      mistakes.add(entry.place, fmt::format("there are more than {} stimuli", most_stimuli));
   }
 }
 
@@ -237,10 +246,16 @@ void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
         mistakes.add(leads->place,
                      fmt::format("outputs.ecg.leads is {}; there are 12 leads or none", *count));
     }
+    if (Node* method = take(*ecg, "method"))
+      scene.ecg->method = read_word<EcgRequest::Method>(
+          *method, {{"lead_field", EcgRequest::Method::lead_field}, {"forward", EcgRequest::Method::forward}},
+          scene.ecg->method, mistakes);
   }
   const Node* activation_key = outputs.find("activation");
   if (Node* activation = take_map(outputs, "activation", mistakes)) {
     scene.activation.emplace();
+    if (Node* beats = take(*activation, "beats"))
+      scene.activation->beats = read_bool(*beats, beats->path, mistakes).value_or(false);
     if (Node* probes = take_map(*activation, "probes", mistakes)) {
       for (Node::Entry& entry : probes->entries) {
         probes->known.insert(entry.key);
@@ -277,22 +292,8 @@ void read_structure(Node* scene_node, Node* outputs_node, const std::string& fil
       scene.precision =
           read_word<Precision>(*precision, {{"single", Precision::single_}, {"double", Precision::double_}},
                                scene.precision, mistakes);
-    if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes)) {
-      if (Node* model = take(*electrophysiology, "cell_model")) {
-        const std::vector<std::string> models = cell_models();
-        if (const auto index = read_choice(*model, model->path, models, mistakes))
-          scene.cell_model = models[*index];
-      }
-      if (Node* method = take(*electrophysiology, "activation"))
-        scene.activation_method =
-            read_word<ActivationMethod>(*method,
-                                        {{"automatic", ActivationMethod::automatic},
-                                         {"monodomain", ActivationMethod::monodomain},
-                                         {"bidomain", ActivationMethod::bidomain},
-                                         {"reaction_eikonal", ActivationMethod::reaction_eikonal},
-                                         {"eikonal", ActivationMethod::eikonal}},
-                                        scene.activation_method, mistakes);
-    }
+    if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes))
+      read_electrophysiology(*electrophysiology, scene, mistakes);
     if (Node* stimuli = take_map(*scene_node, "stimuli", mistakes)) read_stimuli(*stimuli, scene, mistakes);
     if (Node* torso = take_map(*scene_node, "torso", mistakes)) {
       if (Node* shape = take(*torso, "shape"))

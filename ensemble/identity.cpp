@@ -42,7 +42,9 @@ std::string geometry(const Scene& scene) {
   }
   for (const Region& region : scene.regions)
     text += fmt::format("region {} shape \"{}\" {} fibres {}\n", region.name, region.shape,
-                        region.excitable ? "excitable" : "insulating",
+                        region.excitable ? "excitable"
+                        : region.bath    ? "bath"
+                                         : "insulating",
                         word(region.fibres, {"none", "constant", "transmural"}));
   return text;
 }
@@ -50,6 +52,24 @@ std::string geometry(const Scene& scene) {
 std::string physics(const Scene& scene) {
   std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
                                  word(scene.precision, {"single", "double"}));
+  text += fmt::format(
+      "activation by {}\n",
+      word(scene.activation_method, {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
+  for (const auto& [region, model] : scene.region_cell_models)
+    text += fmt::format("cell_model {} in {}\n", model, region);
+  if (!scene.heterogeneity.parameters.empty())
+    text += fmt::format("heterogeneity [{}] in [{}]\n", fmt::join(scene.heterogeneity.parameters, " "),
+                        fmt::join(scene.heterogeneity.regions, " "));
+  if (scene.activation_method != ActivationMethod::automatic)
+    text += fmt::format("activation method {}\n",
+                        word(scene.activation_method,
+                             {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
+  if (scene.conduction_system) {
+    text += fmt::format("conduction system {}\n", word(scene.conduction_system->kind, {"delay", "path"}));
+    for (const ConductionSystem::EarlySite& site : scene.conduction_system->early_sites)
+      text += fmt::format("early site {} {}\n", site.name,
+                          word(site.surface, {"lv", "rv_septum", "rv_free_wall"}));
+  }
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
                         word(stimulus.kind, {"box", "sphere", "site"}), stimulus.site);
@@ -60,8 +80,11 @@ std::string physics(const Scene& scene) {
 std::string outputs(const Scene& scene) {
   std::string text;
   if (scene.ecg)
-    text += fmt::format("ecg torso {}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}));
-  if (scene.activation) text += fmt::format("activation [{}]\n", fmt::join(scene.activation->probes, " "));
+    text += fmt::format("ecg torso {}{}\n", word(scene.torso, {"box", "ellipsoid", "cylinder", "unbounded"}),
+                        word(scene.ecg->method, {"", " forward"}));
+  if (scene.activation)
+    text += fmt::format("activation [{}]{}\n", fmt::join(scene.activation->probes, " "),
+                        scene.activation->beats ? " beats" : "");
   return text;
 }
 

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-#include "ensemble/command_export.hpp"
 #include "ensemble/commands.hpp"
 #include "ensemble/guarded.hpp"
 #include "ensemble/status.hpp"
@@ -48,15 +47,22 @@ int main(int argc, char** argv) {
   add_campaign_options(*run, options, true);
   run->add_option("--store", options.store, "HDF5 file, instead of the campaign file's");
   run->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
-  run->add_option(
-         "--export", options.exports,
-         "instead of running the campaign, write one member: FILE.nii or FILE.nii.gz, its heart as a map of "
-         "labels; repeatable")
-      ->expected(1)
-      ->take_all();
-  run->add_option("--member", options.export_member, "which member --export writes, from 0");
+  CLI::Option* exported =
+      run->add_option(
+             "--export", options.exports,
+             "instead of running the campaign, write one member: vtk, its fields for ParaView; FILE.nii or "
+             "FILE.nii.gz, its heart as a map of labels; repeatable")
+          ->expected(1)
+          ->take_all();
+  run->add_option("--member", options.export_member, "the member that --export writes; 0 unless given")
+      ->needs(exported);
+  run->add_option("--export-every", options.export_every_ms,
+                  "ms between the potentials of --export vtk; 0: activation only")
+      ->needs(exported)
+      ->check(CLI::NonNegativeNumber);
   run->add_option("--export-spacing", options.export_spacing_mm,
-                  "mm, edge of an exported label; half of grid.dx_mm")
+                  "mm, edge of an exported label; half of grid.dx_mm unless given")
+      ->needs(exported)
       ->check(CLI::Range(0.01, 20.0));
   run->callback([&] {
     chosen = [&] { return options.exports.empty() ? command_run(options) : command_export(options); };

@@ -29,6 +29,10 @@ sizes _1 1
 run torso 1 --set grid.dx_mm=1 --set campaign.members_per_device=1 --set campaign.members=10 \
   --set 'parameters.torso.half_width_mm={uniform: [165, 185]}'
 [ "$ranks" -gt 1 ] && sizes "_$ranks" "$ranks"
+# ECGs without a time loop, sizes of the heart sampled: hearts per hour stand in the last line.
+echo "configs/eikonal.yaml"
+build-gpu/cohort run configs/eikonal.yaml --store "$work/eikonal.store" > "$work/eikonal.log" 2>&1 || { tail -5 "$work/eikonal.log"; exit 1; }
+sed -n '/triad/,$p' "$work/eikonal.log"
 echo
 echo "commit ${COMMIT:-$(git rev-parse --short HEAD 2> /dev/null || echo unknown)}, $(date -u +%F), $ranks process(es)"
 "$python" -m analysis.speed $(ls -tr "$work"/*.h5)

@@ -74,7 +74,7 @@ kernel void finish_source(global const accumulator *restrict partial, global acc
 }
 
 // r = b - mean(b) - A x; partial sums of r.r and of (b - mean(b)).(b - mean(b)).
-kernel void residual(int nx, int ny, int nz, global const real *restrict g,
+kernel void residual(int nx, int ny, int nz, global const real *restrict g, CROSS_ARGUMENT
                      global const real *restrict inverse_diagonal, global const real *restrict b,
                      global const real *restrict x, global const accumulator *restrict scalars,
                      global real *restrict r, global accumulator *restrict partial) {
@@ -91,7 +91,9 @@ kernel void residual(int nx, int ny, int nz, global const real *restrict g,
       continue;
     }
     const real source = b[c] - mean;
-    r[c] = source - apply_operator(g, x, c, s);
+    real outflow = apply_operator(g, x, c, s);
+    ADD_CROSS(outflow, x, c, s);
+    r[c] = source - outflow;
     rr += (accumulator)r[c] * r[c];
     bb += (accumulator)source * source;
   }
@@ -135,7 +137,7 @@ kernel void finish_beta(global const accumulator *restrict partial, global accum
 }
 
 // p = z - mean(z) + beta p_before and q = A p; partial sums of p.q.
-kernel void search_direction(int nx, int ny, int nz, global const real *restrict g,
+kernel void search_direction(int nx, int ny, int nz, global const real *restrict g, CROSS_ARGUMENT
                              global const real *restrict inverse_diagonal, global const real *restrict z,
                              global const real *restrict p_before, global const accumulator *restrict scalars,
                              global real *restrict p, global real *restrict q,
@@ -161,11 +163,25 @@ kernel void search_direction(int nx, int ny, int nz, global const real *restrict
       flux += g[axis * s.cells + c] * ((zc - z[lower]) + beta * (pc - p_before[lower])) +
               g[axis * s.cells + upper] * ((zc - z[upper]) + beta * (pc - p_before[upper]));
     }
+    real flux_before = 0;
+    ADD_CROSS(flux, z, c, s);
+    ADD_CROSS(flux_before, p_before, c, s);
+    flux += beta * flux_before;
     p[c] = zc - mean + beta * pc;
     q[c] = flux;
     pq += (accumulator)p[c] * flux;
   }
   store_partial(partial, pq, 0);
+}
+
+// x += z.
+kernel void add_correction(int cells, global const real *restrict inverse_diagonal, global const real *restrict z,
+                           global real *restrict x) {
+  z += get_global_id(1) * cells;
+  x += get_global_id(1) * cells;
+  FOR_CHUNK(c, cells) {
+    if (inverse_diagonal[c] > 0) x[c] += z[c];
+  }
 }
 
 // alpha = (r.z) / (p.q); 0 once the residual is nothing.

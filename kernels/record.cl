@@ -1,6 +1,7 @@
 // Sums over tissue in a fixed order: blocks of cells, then the blocks of a member. Members never share a block.
 // GPUs reduce a block by a work-group, CPUs by a loop of one work-item. Needs segments.clh, diffusion.clh and
-// -D LEADS (0 without an ECG), BLOCK (cells of a block).
+// -D LEADS (0 without weights), BLOCK (cells of a block), ROW (quantities of a row of the series, LEADS + 1 unless given:
+// ours stand at its end).
 #ifndef LEADS
 #error "record.cl needs LEADS"
 #endif
@@ -9,6 +10,9 @@
 #endif
 #define QUANTITIES (LEADS + 1)  // the leads, and the number of cells whose potential is no number of use
 #define LARGEST_POTENTIAL_mV 1000
+#ifndef ROW
+#define ROW QUANTITIES
+#endif
 
 #ifdef GPU
 // Sum of x over a work-group of BLOCK items; complete in item 0.
@@ -70,7 +74,7 @@ kernel void record_blocks(global const real *restrict V, global const real *rest
 #endif
 }
 
-// series (samples, members, QUANTITIES) at row `sample`: sums of each member's blocks, from first_block[member] up to
+// series (samples, members, ROW) at row `sample`: sums of each member's blocks, from first_block[member] up to
 // first_block[member + 1].
 kernel void record_totals(global const real *restrict partial, global const int *restrict first_block,
                           global real *restrict series, const int blocks, const int members, const int sample) {
@@ -88,7 +92,7 @@ kernel void record_totals(global const real *restrict partial, global const int 
   total = sum_of_group(total, scratch);
   if (lane == 0)
 #endif
-    series[((size_t)sample * members + member) * QUANTITIES + q] = total;
+    series[((size_t)sample * members + member) * ROW + ROW - QUANTITIES + q] = total;
 }
 
 // Gershgorin's bound of the diffusion operator's largest |eigenvalue| (1/ms), by block: twice the sum of |couplings|

@@ -23,11 +23,17 @@
 // remains where the other leads out of the tissue. The faces then hold the whole volume, and a linear potential its whole
 // dipole moment (of a ball of 16 mm at 1 mm the smaller fractions lose 5 %).
 //
+// With MODE_LAYERED the means are those of layers in series and parallel: exact, and second order, where the
+// conductivity jumps across a plane of the grid (tissue and bath), whose normal flux is continuous. Without a jump they
+// differ from the arithmetic mean to second order.
+//
 // conductivity: (6, stride) xx yy zz xy xz yz of each cell, scaled so that the result is in 1/ms (diffusivity / dx^2).
 // stencil: (6, stride) couplings to the lower x, y, z neighbour; diagonal couplings of the lower xy, xz, yz plaquette.
 // Needs segments.clh.
 
 constant int plaquette_axes[3][2] = {{0, 1}, {0, 2}, {1, 2}};  // xy, xz, yz
+
+enum { MODE_POTENTIAL, MODE_WHOLE_MOMENT, MODE_LAYERED };
 
 constant int cross_of[3][3] = {{-1, 3, 4}, {3, -1, 5}, {4, 5, -1}};  // where D_ab stands behind xx yy zz
 
@@ -51,6 +57,30 @@ void reduce_tensor(real *D, int n) {
     if (a != n) D[cross_of[a][n]] = 0;
 }
 
+// Mean of two tensors in layers normal to axis n, into a: gradients along the layers and the flux across them are common
+// (Milton, The Theory of Composites, section 9.2).
+void layer(real *a, const real *b, int n) {
+  const real sum = a[n] + b[n], normal = a[n] > 0 && b[n] > 0 ? 2 * a[n] * b[n] / sum : 0;
+  real ratio[3], tangential[6];
+  for (int p = 0; p < 3; ++p) {
+    if (p == n) continue;
+    const int c = cross_of[p][n];
+    ratio[p] = normal > 0 ? R(0.5) * (a[c] / a[n] + b[c] / b[n]) : 0;
+  }
+  for (int p = 0; p < 3; ++p)
+    for (int q = p; q < 3; ++q) {
+      if (p == n || q == n) continue;
+      const int c = p == q ? p : cross_of[p][q], cp = cross_of[p][n], cq = cross_of[q][n];
+      const real of_a = a[n] > 0 ? a[cp] * a[cq] / a[n] : 0, of_b = b[n] > 0 ? b[cp] * b[cq] / b[n] : 0;
+      tangential[c] = R(0.5) * (a[c] - of_a + b[c] - of_b) + normal * ratio[p] * ratio[q];
+    }
+  for (int p = 0; p < 3; ++p)
+    for (int q = p; q < 3; ++q) {
+      const int c = p == q ? p : cross_of[p][q];
+      a[c] = p == n && q == n ? normal : p == n ? normal * ratio[q] : q == n ? normal * ratio[p] : tangential[c];
+    }
+}
+
 // Compact place of the neighbour (dx, dy, dz) of grid cell `cell` (counted over members), exact also where the
 // neighbour lies in another segment; in the void segment where it is no tissue. Tissue at the grid's rim, whose member
 // is rejected, must not lead out of the array.
@@ -61,7 +91,7 @@ inline int place_of(global const int *place, int cell, int dx, int dy, int dz, i
 
 // The vertex at corner (cx, cy, cz), each 0 (lower) or 1 (upper), of grid cell `cell`.
 Vertex vertex_at(global const int *place, int cell, int cx, int cy, int cz, global const real *capacity,
-                 global const real *conductivity, int stride, int grid_cells) {
+                 global const real *conductivity, int stride, int grid_cells, int mode) {
   Vertex v;
   int cells[8], present = 0, count = 0;
   v.weight = 1;
@@ -81,10 +111,26 @@ Vertex vertex_at(global const int *place, int cell, int cx, int cy, int cz, glob
     if ((present & upper[a]) == 0 || (present & upper[a]) == present) missing |= 1 << a;
   const int axes = 3 - (missing & 1) - (missing >> 1 & 1) - (missing >> 2);
   if (count == 1 << axes && axes > 0) {
-    for (int c = 0; c < 6; ++c) v.tensor[c] = 0;
-    for (int k = 0; k < 8; ++k)
-      if (present >> k & 1)
-        for (int c = 0; c < 6; ++c) v.tensor[c] += conductivity[cells[k] + c * (size_t)stride] / count;
+    if (mode == MODE_LAYERED) {
+      real tensors[8][6];
+      int left = present;
+      for (int k = 0; k < 8; ++k)
+        for (int c = 0; c < 6; ++c) tensors[k][c] = conductivity[cells[k] + c * (size_t)stride];
+      for (int a = 0; a < 3; ++a) {
+        if (missing >> a & 1) continue;
+        for (int k = 0; k < 8; ++k)
+          if ((left >> k & 1) && !(k >> a & 1)) layer(tensors[k], tensors[k | 1 << a], a);
+        left &= ~upper[a];
+      }
+      for (int k = 0; k < 8; ++k)
+        if (left >> k & 1)
+          for (int c = 0; c < 6; ++c) v.tensor[c] = tensors[k][c];
+    } else {
+      for (int c = 0; c < 6; ++c) v.tensor[c] = 0;
+      for (int k = 0; k < 8; ++k)
+        if (present >> k & 1)
+          for (int c = 0; c < 6; ++c) v.tensor[c] += conductivity[cells[k] + c * (size_t)stride] / count;
+    }
     for (int a = 0; a < 3; ++a)
       if (missing >> a & 1) reduce_tensor(v.tensor, a);
   } else {
@@ -102,7 +148,7 @@ Vertex vertex_at(global const int *place, int cell, int cx, int cy, int cz, glob
 
 kernel void assemble_stencil(global const int *restrict first_cell, global const int *restrict place,
                              global const real *restrict capacity, global const real *restrict conductivity,
-                             global real *restrict stencil, const int stride, const int whole_moment, const int grid_cells) {
+                             global real *restrict stencil, const int stride, const int mode, const int grid_cells) {
   const int i = get_global_id(0);
   const int cell = first_cell[i / LANES] + i % LANES;
   real coupling[6] = {0, 0, 0, 0, 0, 0};
@@ -113,33 +159,40 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
       if (!(capacity[lower] > 0)) continue;
       const int step_x = a == 0 ? 1 : 0, step_y = a == 1 ? 1 : 0, step_z = a == 2 ? 1 : 0;
       real face = fmin(capacity[i], capacity[lower]);
-      if (whole_moment) {
+      if (mode == MODE_WHOLE_MOMENT) {
         const bool ends_above = !(capacity[place_of(place, cell, step_x, step_y, step_z, grid_cells)] > 0);
         const bool ends_below = !(capacity[place_of(place, cell, -2 * step_x, -2 * step_y, -2 * step_z, grid_cells)] > 0);
         face = R(0.5) * (capacity[i] * (ends_above ? 2 : 1) + capacity[lower] * (ends_below ? 2 : 1));
       }
-      const real normal = R(0.5) * (conductivity[i + a * (size_t)stride] + conductivity[lower + a * (size_t)stride]);
+      const real here = conductivity[i + a * (size_t)stride], there = conductivity[lower + a * (size_t)stride];
+      const real normal = mode == MODE_LAYERED ? (here > 0 && there > 0 ? 2 * here * there / (here + there) : 0)
+                                               : R(0.5) * (here + there);
       for (int k = 0; k < 4; ++k) {
         const int u = k & 1, w = k >> 1;
         const Vertex v = vertex_at(place, cell, a == 0 ? 0 : u, a == 1 ? 0 : (a == 0 ? u : w), a == 2 ? 0 : w, capacity,
-                                   conductivity, stride, grid_cells);
+                                   conductivity, stride, grid_cells, mode);
         coupling[a] += R(0.25) * (v.weight > 0 ? v.weight * v.tensor[a] + (face - v.weight) * normal : face * normal);
       }
     }
     // Lower plaquettes: the two vertices of each.
     for (int o = 0; o < 3; ++o) {
       const int a = plaquette_axes[o][0], b = plaquette_axes[o][1];
-      real least = capacity[i], mean = 0;
+      real least = capacity[i], mean = 0, smallest = 1e30f, largest = -1e30f;
       for (int k = 0; k < 4; ++k) {
         const int da = -(k & 1), db = -(k >> 1);
         const int corner = place_of(place, cell, a == 0 ? da : 0, a == 1 ? da : (b == 1 ? db : 0), b == 2 ? db : 0, grid_cells);
         least = fmin(least, capacity[corner]);
-        mean += R(0.25) * conductivity[corner + (3 + o) * (size_t)stride];
+        const real there = conductivity[corner + (3 + o) * (size_t)stride];
+        mean += R(0.25) * there;
+        smallest = fmin(smallest, there);
+        largest = fmax(largest, there);
       }
+      // Of layers without a complete vertex, what all four cells have.
+      if (mode == MODE_LAYERED) mean = smallest > 0 ? smallest : fmin(largest, R(0.0));
       if (!(least > 0)) continue;
       for (int side = 0; side < 2; ++side) {
         const Vertex v = vertex_at(place, cell, o == 2 ? side : 0, o == 1 ? side : 0, o == 0 ? side : 0, capacity,
-                                   conductivity, stride, grid_cells);
+                                   conductivity, stride, grid_cells, mode);
         const bool alone = (v.oriented & (v.oriented - 1)) == 0;
         coupling[3 + o] += R(0.5) * (v.weight > 0 ? v.weight * v.tensor[3 + o] : (alone ? R(1.0) : R(0.5)) * least * mean);
       }
@@ -152,6 +205,7 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
 // Conductivity tensor sigma_t I + (sigma_l - sigma_t) f f^T of each cell, times `scale`. Thesis, equation (sigma1).
 // With `membrane` it is divided by chi Cm, which makes it a diffusivity.
 // Region r has its sigma_l at parameter REGION_FIRST + REGION_STRIDE region_slot[r] + offset, its sigma_t behind it.
+// a bath is isotropic, at parameter bath_parameter[r].
 kernel void conductivity_tensor(global const real *restrict parameters, global const ushort *restrict member_of,
                                 global const uchar *restrict tissue_region_of, global const real *restrict fibre,
                                 global real *restrict conductivity, const int stride, const int offset,
@@ -160,12 +214,13 @@ kernel void conductivity_tensor(global const real *restrict parameters, global c
   real tensor[6] = {0, 0, 0, 0, 0, 0};
   const int region = tissue_region_of[i];
   if (region != NO_REGION) {
-    const int first = REGION_FIRST + REGION_STRIDE * region_slot[region] + offset;
+    const int bath = bath_parameter[region];
+    const int first = bath >= 0 ? bath : REGION_FIRST + REGION_STRIDE * region_slot[region] + offset;
     global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
     const real factor = membrane ? scale / (P[PARAM_electrophysiology_surface_to_volume_per_mm] *
                                             P[PARAM_electrophysiology_capacitance_uF_per_mm2])
                                  : scale;
-    const real along = factor * P[first], across = factor * P[first + 1];
+    const real along = factor * P[first], across = bath >= 0 ? along : factor * P[first + 1];
     const real f[3] = {fibre[i], fibre[i + (size_t)stride], fibre[i + 2 * (size_t)stride]};
     for (int a = 0; a < 3; ++a) tensor[a] = across + (along - across) * f[a] * f[a];
     for (int o = 0; o < 3; ++o)

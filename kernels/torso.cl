@@ -67,15 +67,39 @@ kernel void torso_conductance(int nx, int ny, int nz, real dx, global const real
   g[c + 2 * s.cells] = k > 0 ? dx * square_fraction(v000, v100, v110, v010) : 0;
 }
 
+// Ratio of the conductivity in cell (i, j, k) to the torso's: of the first of n ellipsoids (centre, semi-axes in cells,
+// ratio) that holds its centre.
+real inclusion_ratio(int i, int j, int k, int n, global const real *e) {
+  for (; n > 0; --n, e += 7) {
+    const real x = (i - e[0]) / e[3], y = (j - e[1]) / e[4], z = (k - e[2]) / e[5];
+    if (x * x + y * y + z * z < 1) return e[6];
+  }
+  return 1;
+}
+
+// Conductances between cells of other conductivity: in series. Range (nx, ny, nz).
+kernel void torso_inclusions(int nx, int ny, int nz, int n, global const real *restrict ellipsoids,
+                             global real *restrict g) {
+  const int i = get_global_id(0) + 1, j = get_global_id(1) + 1, k = get_global_id(2) + 1;
+  if (i > nx || j > ny || k > nz) return;
+  const Strides s = strides(nx, ny, nz);
+  const int c = i + j * s.y + k * s.z;
+  const real here = inclusion_ratio(i, j, k, n, ellipsoids);
+  for (int axis = 0; axis < 3; ++axis) {
+    const real there = inclusion_ratio(i - (axis == 0), j - (axis == 1), k - (axis == 2), n, ellipsoids);
+    g[c + axis * s.cells] *= 2 * here * there / (here + there);
+  }
+}
+
 // A unit current at each electrode, spread over the conducting cells around it by the moving least squares
 // weights w_i = theta_i (l0 + l . (x_i - x_e)): sum w_i = 1 and sum w_i x_i = x_e exactly, also on the
 // skin, where all cells lie to one side. The same weights read a potential at an electrode (Lancaster &
 // Salkauskas, Math. Comp. 37, 141 (1981)). One work-item an electrode. place: (electrodes, 3), in cells,
-// the centre of cell (i, j, k) at (i, j, k). b: zeroed before. weights: (electrodes, 4, 4, 4), first:
+// the centre of cell (i, j, k) at (i, j, k). b: zeroed before; untouched unless `inject`. weights: (electrodes, 4, 4, 4), first:
 // (electrodes, 3): those weights and the cell of the first of them.
 kernel void electrode_currents(int nx, int ny, int nz, real dx, global const real *restrict g,
-                               global const real *restrict place, global real *restrict b,
-                               global real *restrict weights, global int *restrict first) {
+                               global const real *restrict place, global real *b,
+                               global real *weights, global int *restrict first, int inject) {
   const int e = get_global_id(0);
   const Strides s = strides(nx, ny, nz);
   global const real *gy = g + s.cells, *gz = g + 2 * s.cells;
@@ -110,7 +134,7 @@ kernel void electrode_currents(int nx, int ny, int nz, real dx, global const rea
         real w = 0;
         for (int p = 0; p < 4; ++p) w += basis[p] * m[p][4];
         weights[n] = theta * w;
-        if (theta > 0) b[c] = theta * w;
+        if (inject && theta > 0) b[c] = theta * w;
       }
     }
     if (pass == 0)  // Gauss-Jordan; the matrix is symmetric and positive: no pivoting

@@ -102,13 +102,22 @@ int Device::vector_width(bool double_precision) const {
   return double_precision ? 4 : 8;
 }
 
+bool Device::fits_argument(std::size_t bytes) const {
+  constexpr std::size_t others = 512;
+  return bytes + others <= info_.handle.getInfo<CL_DEVICE_MAX_PARAMETER_SIZE>();
+}
+
 cl::Program Device::build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
                           const std::string& generated) {
   std::string source;
   if (!generated.empty()) source += "#line 1 \"generated\"\n" + generated + "\n";
   std::vector<std::string> joined = {"common.clh"};
   joined.insert(joined.end(), files.begin(), files.end());
-  for (const std::string& file : joined) source += "#line 1 \"" + file + "\"\n" + kernel_source(file) + "\n";
+  for (const std::string& file : joined) {
+    const bool text = file.find('\n') != std::string::npos;
+    source +=
+        "#line 1 \"" + (text ? "generated" : file) + "\"\n" + (text ? file : kernel_source(file)) + "\n";
+  }
 
   std::string options = "-cl-std=CL1.2";
   if (info_.gpu) options += " -DGPU";

@@ -35,10 +35,13 @@ class Device {
   /// Lanes of the explicit vectors that hot kernels use: 1 on GPUs, 8 on CPUs (4 in double precision).
   int vector_width(bool double_precision) const;
 
-  /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive, with
-  /// `definitions` as -D options ("NAME" or "NAME=value"; what begins with a dash stands as it is) and
-  /// `generated` source in front. Programs are kept: the same request compiles once. Throws
-  /// std::runtime_error with the build log.
+  /// Whether a kernel takes an argument of so many bytes beside some dozens of others.
+  bool fits_argument(std::size_t bytes) const;
+
+  /// Builds `files` of kernels/ joined in order behind common.clh, each after a #line directive; an entry of
+  /// more than one line is no file but generated source that stands between them. With `definitions` as -D
+  /// options ("NAME" or "NAME=value"; what begins with a dash stands as it is) and `generated` source in
+  /// front. Programs are kept: the same request compiles once. Throws std::runtime_error with the build log.
   cl::Program build(const std::vector<std::string>& files, const std::vector<std::string>& definitions,
                     const std::string& generated = {});
 

@@ -44,7 +44,7 @@ void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int
   launcher_(tensor_, cl::NDRange(n), cl::NDRange(Tissue::group),
             9 * static_cast<double>(n * real_bytes(precision_)), parameters, tissue.member_of, tissue.region,
             tissue.fibre, conductivity_, tissue.stride, offset, Real{scale / (dx * dx)},
-            use == Use::monodomain ? 1 : 0);
+            use == Use::ecg_source ? 0 : 1);
   assemble_tensors(tissue, conductivity_, use, stencil);
 }
 
@@ -54,7 +54,7 @@ void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors
   const auto n = static_cast<std::size_t>(tissue.stride);
   launcher_(assemble_, cl::NDRange(n), cl::NDRange(Tissue::group),
             13 * static_cast<double>(n * real_bytes(precision_)), tissue.first_cell, tissue.place,
-            tissue.capacity, tensors, stencil, tissue.stride, use == Use::ecg_source ? 1 : 0,
+            tissue.capacity, tensors, stencil, tissue.stride, static_cast<int>(use),
             static_cast<int>(tissue.places.size()) * Tissue::lanes);
 }
 

@@ -10,9 +10,9 @@ namespace cohort {
 /// The operator div(D grad u) on the tissue, assembled by kernels/stencil.cl as couplings (6, stride).
 class Diffusion {
  public:
-  /// What the operator is for: a potential without flux through the surface, or the source of the ECG
-  /// (kernels/stencil.cl says how they differ in cut cells).
-  enum class Use { monodomain, ecg_source };
+  /// What the operator is for: a potential without flux through the surface, the source of the ECG
+  /// (kernels/stencil.cl says how they differ in cut cells), or a potential across jumps of conductivity.
+  enum class Use { monodomain, ecg_source, layered };
 
   Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions);
 

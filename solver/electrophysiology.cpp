@@ -1,6 +1,10 @@
 #include "solver/electrophysiology.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "solver/cell_models.hpp"
+#include "solver/heterogeneity.hpp"
 
 namespace cohort {
 
@@ -9,9 +13,9 @@ namespace {
 constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
 constexpr const char* niederer = "Niederer et al. 2011, table 1";
 
-// The conductivities that a region may set for itself, in the order of its run in the table.
-const std::vector<Parameter>& conductivities() {
-  static const std::vector<Parameter> list = {
+// The conductivities and velocities that a region may set for itself, in the order of its run in the table.
+std::vector<Parameter> conductivities(const Scene& scene) {
+  std::vector<Parameter> list = {
       {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
        thesis},
       {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
@@ -21,8 +25,48 @@ const std::vector<Parameter>& conductivities() {
       {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
        "intracellular conductivity across fibres, source of the ECG",
        "ratio to the longitudinal one as in the monodomain conductivities"},
+      {"velocity_longitudinal_mm_per_ms", "mm/ms", 0, 0, 10,
+       "eikonal conduction velocity along fibres; 0: that of the cell model in a cable of this conductivity",
+       "the cell model"},
+      {"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10,
+       "eikonal conduction velocity across fibres; 0: that of the cell model in a cable of this conductivity",
+       "the cell model"},
   };
+  if (scene.activation_method == ActivationMethod::bidomain) {
+    list.push_back({"extracellular_longitudinal_mS_per_mm", "mS/mm", 0.62, 1e-4, 10,
+                    "extracellular conductivity along fibres", niederer});
+    list.push_back({"extracellular_transverse_mS_per_mm", "mS/mm", 0.24, 1e-4, 10,
+                    "extracellular conductivity across fibres", niederer});
+  }
   return list;
+}
+
+// What the bidomain equations have beside the conductivities of tissue.
+void declare_bidomain(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "electrophysiology.";
+  const char* by_choice = "chosen";
+  Parameter tolerance{root + "elliptic_tolerance",
+                      "1",
+                      1e-5,
+                      1e-12,
+                      1e-2,
+                      "residual of the extracellular potential over its source",
+                      "measured: solver/README.md"};
+  tolerance.structural = true;
+  table.add(tolerance);
+  table.add_vector({root + "boundary_current_uA_per_mm2", "uA/mm2", 0, -1000, 1000,
+                    "current density that enters through the lower end of what conducts along this axis and "
+                    "leaves through the upper one",
+                    by_choice},
+                   0, 0, 0);
+  table.add({root + "boundary_current_start_ms", "ms", 0, 0, 1e6, "when it begins", by_choice});
+  table.add({root + "boundary_current_duration_ms", "ms", 0, 0, 1e6, "how long it flows", by_choice});
+  for (const Region& region : scene.regions)
+    if (region.bath)
+      table.add({root + "regions." + region.name + ".bath_conductivity_mS_per_mm", "mS/mm", 0.66, 1e-4, 100,
+                 "conductivity of the bath, isotropic",
+                 "blood: Gabriel, Lau & Gabriel, Phys. Med. Biol. 41 (1996) 2251"});
 }
 
 }  // namespace
@@ -30,7 +74,7 @@ const std::vector<Parameter>& conductivities() {
 void declare_electrophysiology(Scene& scene) {
   ParameterTable& table = scene.parameters;
   const std::string root = "electrophysiology.";
-  for (Parameter p : conductivities()) {
+  for (Parameter p : conductivities(scene)) {
     p.path = root + p.path;
     table.add(p);
   }
@@ -40,44 +84,60 @@ void declare_electrophysiology(Scene& scene) {
   table.add({root + "activation_threshold_mV", "mV", 0, -200, 200,
              "a cell is activated when its potential first rises through this", niederer});
 
-  const CellModel model = read_cell_model(scene.cell_model);
-  const std::string cell_root = root + model.name + ".";
-  for (Parameter p : model.parameters) {
-    p.path = cell_root + p.path;
+  if (scene.activation_method == ActivationMethod::bidomain) declare_bidomain(scene);
+
+  for (const auto& [name, model] : scene.region_cell_models)
+    if (std::none_of(scene.regions.begin(), scene.regions.end(),
+                     [&](const Region& region) { return region.name == name && region.excitable; }))
+      throw std::invalid_argument(root + "regions." + name + ": there is no excitable region of that name");
+  const CellModels models(scene);
+  for (const CellModel& model : models.all())
+    for (Parameter p : model.parameters) {
+      p.path = root + model.name + "." + p.path;
+      table.add(p);
+    }
+  const auto add_copy = [&](Parameter p, const std::string& inherits_from, const Region& region) {
+    p.inherits = inherits_from + p.path;
+    p.path = root + "regions." + region.name + "." + p.path;
+    p.value = inherited;
     table.add(p);
-  }
+  };
   for (const Region& region : scene.regions) {
     if (!region.excitable) continue;
-    const std::string region_root = root + "regions." + region.name + ".";
-    for (Parameter p : conductivities()) {
-      p.inherits = root + p.path;
-      p.path = region_root + p.path;
-      p.value = inherited;
-      table.add(p);
-    }
-    for (Parameter p : model.parameters) {
-      p.inherits = cell_root + p.path;
-      p.path = region_root + p.path;
-      p.value = inherited;
-      table.add(p);
-    }
+    for (const Parameter& p : conductivities(scene)) add_copy(p, root, region);
   }
+  for (size_t r = 0; r < scene.regions.size(); ++r) {
+    if (!scene.regions[r].excitable) continue;
+    const CellModel& model = models.all()[static_cast<size_t>(models.of_region()[r])];
+    for (const Parameter& p : model.parameters) add_copy(p, root + model.name + ".", scene.regions[r]);
+  }
+  declare_heterogeneity(scene);
 }
 
-RegionParameters region_parameters(const Scene& scene, const CellModel& model) {
+RegionParameters region_parameters(const Scene& scene) {
+  const CellModels models(scene);
+  const ParameterTable& table = scene.parameters;
+  const std::string root = "electrophysiology.";
   RegionParameters result{};
   result.intracellular_offset = 2;
-  result.cell_offset = static_cast<int>(conductivities().size());
-  result.stride = result.cell_offset + static_cast<int>(model.parameters.size());
-  result.cell_first =
-      scene.parameters.index("electrophysiology." + model.name + "." + model.parameters.front().path);
+  result.velocity_offset = 4;
+  result.extracellular_offset = 6;
+  result.stride = static_cast<int>(conductivities(scene).size());
   result.first = -1;
-  for (const Region& region : scene.regions) {
+  for (size_t r = 0; r < scene.regions.size(); ++r) {
+    const Region& region = scene.regions[r];
     result.slot.push_back(region.excitable ? result.slots++ : -1);
-    if (region.excitable && result.first < 0)
-      result.first = scene.parameters.index("electrophysiology.regions." + region.name + "." +
-                                            conductivities().front().path);
+    result.bath.push_back(
+        scene.parameters.find("electrophysiology.regions." + region.name + ".bath_conductivity_mS_per_mm"));
+    result.cell_first.push_back(-1);
+    if (!region.excitable) continue;
+    const std::string run = root + "regions." + region.name + ".";
+    if (result.first < 0) result.first = table.index(run + conductivities(scene).front().path);
+    const CellModel& model = models.all()[static_cast<size_t>(models.of_region()[r])];
+    result.cell_first.back() = table.index(run + model.parameters.front().path);
   }
+  for (const CellModel& model : models.all())
+    result.model_first.push_back(table.index(root + model.name + "." + model.parameters.front().path));
   return result;
 }
 
@@ -90,6 +150,8 @@ void declare_stimuli(Scene& scene) {
     table.add({root + "duration_ms", "ms", 2, 1e-3, 1e6, "length of a pulse", niederer});
     table.add({root + "period_ms", "ms", 0, 0, 1e6, "from pulse to pulse; 0: one pulse only", source});
     table.add({root + "count", "1", 1, 1, 1e6, "number of pulses, with a period", source});
+    table.add({root + "s2_interval_ms", "ms", 0, 0, 1e6,
+               "from the start of the last pulse to that of one more, S2; 0: none", source});
     table.add({root + "amplitude_mV_per_ms", "mV/ms", 35.714, -1000, 1000, "rate of change of the potential",
                niederer});
     const Parameter length{"", "mm", 0, -1e4, 1e4, "where it acts", source};

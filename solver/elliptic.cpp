@@ -12,7 +12,7 @@ constexpr int coarsest_extent = 8;   // cells along an axis below which a level 
 constexpr int coarsest_sweeps = 16;  // damps the slowest mode of eight cells by 0.85^32
 constexpr double drift =
     10;  // of the true residual over the carried one, from rounding of x in single precision
-constexpr int scalars_per_field = 7, partial_sums = 2, rr_index = 5,
+constexpr int scalars_per_field = 7, partial_sums = 2, cells_index = 0, rr_index = 5,
               bb_index = 6;  // as in conjugate_gradient.cl
 constexpr int gpu_chunks = 8192, gpu_group = 256, cpu_chunks = 64;
 constexpr int gpu_sum_group = 128, cells_per_gpu_chunk = 16;  // small grids take fewer chunks
@@ -42,17 +42,21 @@ std::size_t EllipticSolver::Level::field_cells() const {
   return padded(cells);
 }
 
-std::size_t EllipticSolver::bytes(std::array<int, 3> cells, int fields, bool double_precision) {
+std::size_t EllipticSolver::bytes(std::array<int, 3> cells, int fields, bool double_precision,
+                                  Couplings couplings) {
   const std::size_t real = double_precision ? sizeof(double) : sizeof(float),
                     count = static_cast<std::size_t>(fields);
   std::size_t reals = 3 * count * padded(cells);  // p, p_before, q
+  if (couplings == Couplings::cross) reals += 3 * padded(cells);
   for (const auto& level : level_cells(cells)) reals += (4 + 2 * count) * padded(level);
   return reals * real + count * sizeof(double) * (partial_sums * gpu_chunks + scalars_per_field);
 }
 
-EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fields, bool double_precision)
+EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fields, bool double_precision,
+                               Couplings couplings)
     : device_(device),
       fields_(fields),
+      couplings_(couplings),
       double_(double_precision),
       accumulate_double_(device.info().handle.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") !=
                          std::string::npos),
@@ -67,6 +71,7 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
                                           "GROUP=" + std::to_string(group_)};
   if (double_) definitions.push_back("DOUBLE");
   if (accumulate_double_) definitions.push_back("ACCUMULATE_DOUBLE");
+  if (couplings_ == Couplings::cross) definitions.push_back("CROSS");
   program_ = device_.build({"elliptic.clh", "multigrid.cl", "conjugate_gradient.cl"}, definitions);
 
   const std::size_t real = double_ ? sizeof(double) : sizeof(float),
@@ -81,6 +86,7 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
     levels_.push_back({extent, zeros(3 * n), zeros(n), zeros(count * n), zeros(count * n)});
   }
   for (cl::Buffer* buffer : {&p_, &p_before_, &q_}) *buffer = zeros(count * levels_.front().field_cells());
+  if (couplings_ == Couplings::cross) cross_ = zeros(3 * levels_.front().field_cells());
   const std::size_t accumulator = accumulate_double_ ? sizeof(double) : real;
   partial_ = device_.allocate(count * partial_sums * static_cast<std::size_t>(chunks_) * accumulator);
   scalars_ = device_.allocate(count * scalars_per_field * accumulator);
@@ -94,14 +100,23 @@ void EllipticSolver::launch(const char* name, cl::NDRange global, cl::NDRange lo
   if (it == kernels_.end()) it = kernels_.insert(it, {name, cl::Kernel(program_, name)});
   cl_uint index = 0;
   const auto set = [&](const auto& argument) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(argument)>, std::array<int, 3>>)
+    using Argument = std::decay_t<decltype(argument)>;
+    if constexpr (std::is_same_v<Argument, std::array<int, 3>>)
       for (const int n : argument) it->second.setArg(index++, n);
+    else if constexpr (std::is_same_v<Argument, std::vector<cl::Buffer>>)
+      for (const cl::Buffer& buffer : argument) it->second.setArg(index++, buffer);
     else
       it->second.setArg(index++, argument);
   };
   (set(arguments), ...);
   device_.queue().enqueueNDRangeKernel(it->second, cl::NullRange, global, local);
   ++launches_;
+}
+
+/// The finest operator as the kernels of conjugate gradients take it.
+std::vector<cl::Buffer> EllipticSolver::finest_operator() const {
+  if (couplings_ == Couplings::faces) return {levels_.front().conductance};
+  return {levels_.front().conductance, cross_};
 }
 
 /// Range of a stencil kernel, rounded up to whole work-groups of 16x8 on GPUs.
@@ -156,13 +171,14 @@ void EllipticSolver::v_cycle() {
 }
 
 /// Largest |r| / |b| of the fields. Waits for the device.
-double EllipticSolver::relative_residual() {
+double EllipticSolver::relative_residual(double floor) {
   const auto largest = [&](auto scalars) {
     device_.queue().enqueueReadBuffer(scalars_, CL_TRUE, 0, scalars.size() * sizeof scalars[0],
                                       scalars.data());
     double square = 0;
     for (std::size_t i = 0; i < scalars.size(); i += scalars_per_field) {
-      const double rr = scalars[i + rr_index], bb = scalars[i + bb_index];
+      const double least = floor * floor * static_cast<double>(scalars[i + cells_index]);
+      const double rr = scalars[i + rr_index], bb = std::max<double>(scalars[i + bb_index], least);
       if (!std::isfinite(rr)) return std::numeric_limits<double>::quiet_NaN();
       if (bb > 0) square = std::max(square, rr / bb);
     }
@@ -173,8 +189,9 @@ double EllipticSolver::relative_residual() {
                                        : largest(std::vector<float>(count));
 }
 
-EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, double tolerance, int max_iterations,
-                                     int check_every) {
+EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, const EllipticOptions& options) {
+  const double tolerance = options.tolerance;
+  const int max_iterations = options.max_iterations;
   Level& finest = levels_.front();
   const int cells = static_cast<int>(finest.field_cells());
   const std::size_t real = double_ ? sizeof(double) : sizeof(float),
@@ -184,7 +201,8 @@ EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, double 
   const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(gpu_sum_group, 1) : cl::NDRange(1, 1);
   const cl::NDRange totals_local(static_cast<std::size_t>(group_));
 
-  device_.queue().enqueueFillBuffer(x, cl_uchar{0}, 0, fields * finest.field_cells() * real);
+  if (!options.from_given)
+    device_.queue().enqueueFillBuffer(x, cl_uchar{0}, 0, fields * finest.field_cells() * real);
   device_.queue().enqueueFillBuffer(p_before_, cl_uchar{0}, 0, fields * finest.field_cells() * real);
 
   EllipticResult result{0, 0, {}};
@@ -193,34 +211,68 @@ EllipticResult EllipticSolver::solve(const cl::Buffer& b, cl::Buffer& x, double 
   for (int restart = 0;; ++restart) {
     launch("sum_source", sums, sums_local, cells, finest.inverse_diagonal, b, partial_);
     launch("finish_source", totals, totals_local, partial_, scalars_);
-    launch("residual", sums, sums_local, finest.cells, finest.conductance, finest.inverse_diagonal, b, x,
+    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x,
            scalars_, finest.b, partial_);
     launch("finish_residual", totals, totals_local, cl_int{1}, partial_, scalars_);
+    double carried = 1;
+    if (restart == 0 && options.from_given) {
+      carried = result.relative_residual = relative_residual(options.floor);
+      if (carried <= tolerance || !std::isfinite(carried)) return result;
+    }
     if (restart > 0) {
       const double before = result.relative_residual;
-      result.relative_residual = relative_residual();
+      result.relative_residual = relative_residual(options.floor);
       const bool stagnates = restart > 1 && !(result.relative_residual < before / 2);
       if (result.relative_residual <= drift * tolerance || stagnates || result.iterations >= max_iterations)
         return result;
       if (!std::isfinite(result.relative_residual)) return result;
     }
-    for (double carried = 1; !(carried <= tolerance) && result.iterations < max_iterations;) {
+    while (!(carried <= tolerance) && result.iterations < max_iterations) {
       v_cycle();
       launch("sum_preconditioned", sums, sums_local, cells, finest.b, finest.x, partial_);
       launch("finish_beta", totals, totals_local, partial_, scalars_);
-      launch("search_direction", sums, sums_local, finest.cells, finest.conductance, finest.inverse_diagonal,
+      launch("search_direction", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal,
              finest.x, p_before_, scalars_, p_, q_, partial_);
       launch("finish_alpha", totals, totals_local, partial_, scalars_);
       launch("update", sums, sums_local, cells, p_, q_, scalars_, x, finest.b, partial_);
       std::swap(p_, p_before_);
-      if (++result.iterations % check_every == 0 || result.iterations == max_iterations) {
+      if (++result.iterations % options.check_every == 0 || result.iterations == max_iterations) {
         launch("finish_residual", totals, totals_local, cl_int{0}, partial_, scalars_);
-        carried = relative_residual();
+        carried = relative_residual(options.floor);
         result.history.push_back(carried);
         if (!std::isfinite(carried)) break;
       }
     }
+    if (!options.verify) {
+      result.relative_residual = carried;
+      return result;
+    }
   }
+}
+
+std::vector<double> EllipticSolver::iterate(const cl::Buffer& b, cl::Buffer& x, int cycles) {
+  Level& finest = levels_.front();
+  const int cells = static_cast<int>(finest.field_cells());
+  const std::size_t real = double_ ? sizeof(double) : sizeof(float),
+                    fields = static_cast<std::size_t>(fields_);
+  const cl::NDRange sums(static_cast<std::size_t>(chunks_), fields),
+      totals(static_cast<std::size_t>(group_) * fields);
+  const cl::NDRange sums_local = device_.info().gpu ? cl::NDRange(gpu_sum_group, 1) : cl::NDRange(1, 1);
+  const cl::NDRange totals_local(static_cast<std::size_t>(group_));
+  device_.queue().enqueueFillBuffer(x, cl_uchar{0}, 0, fields * finest.field_cells() * real);
+  launch("sum_source", sums, sums_local, cells, finest.inverse_diagonal, b, partial_);
+  launch("finish_source", totals, totals_local, partial_, scalars_);
+  std::vector<double> history;
+  for (int cycle = 0; cycle <= cycles; ++cycle) {
+    launch("residual", sums, sums_local, finest.cells, finest_operator(), finest.inverse_diagonal, b, x,
+           scalars_, finest.b, partial_);
+    launch("finish_residual", totals, totals_local, cl_int{1}, partial_, scalars_);
+    if (cycle > 0) history.push_back(relative_residual(0));
+    if (cycle == cycles) break;
+    v_cycle();
+    launch("add_correction", sums, sums_local, cells, finest.inverse_diagonal, finest.x, x);
+  }
+  return history;
 }
 
 }  // namespace cohort

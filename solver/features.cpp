@@ -5,6 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "solver/beats.hpp"
+#include "solver/probes.hpp"
+#include "solver/time_steps.hpp"
+
 namespace cohort {
 
 namespace {
@@ -28,11 +32,11 @@ bool solve(std::array<std::array<double, 5>, 4>& a) {
   return true;
 }
 
-// Activation at a point: a linear least squares fit to the activated cells of the 3 x 3 x 3 block nearest to
-// it, so that a point on the surface, half a cell beyond the last centres, is extrapolated to and not rounded
-// to its cell.
-float probe_activation(const Tissue& tissue, std::span<const float> activation, std::size_t m,
-                       const std::array<double, 3>& point) {
+// Time at a point: a linear least squares fit to the eight nearest cells of the block of 5 x 5 x 5 around it
+// that have one, so that a point on the surface, half a cell beyond the last centres, is extrapolated to and
+// not rounded to its cell. times(i): of a compact cell, negative where it has none.
+template <typename Times>
+float time_at(const Tissue& tissue, std::size_t m, const std::array<double, 3>& point, const Times& times) {
   const Grid& grid = tissue.grid();
   std::array<std::int64_t, 3> nearest{};
   std::array<double, 3> place{};
@@ -50,20 +54,14 @@ float probe_activation(const Tissue& tissue, std::span<const float> activation, 
   for (std::int64_t dz = -reach; dz <= reach; ++dz)
     for (std::int64_t dy = -reach; dy <= reach; ++dy)
       for (std::int64_t dx = -reach; dx <= reach; ++dx) {
-        const std::int64_t x = nearest[0] + dx, y = nearest[1] + dy, z = nearest[2] + dz;
-        if (x < 0 || y < 0 || z < 0 || x >= grid.cells[0] || y >= grid.cells[1] || z >= grid.cells[2])
-          continue;
-        const std::int64_t cell =
-            x + grid.cells[0] * (y + grid.cells[1] * (z + grid.cells[2] * static_cast<std::int64_t>(m)));
-        const auto i = static_cast<std::size_t>(tissue.places[static_cast<size_t>(cell / Tissue::lanes)]) *
-                           Tissue::lanes +
-                       static_cast<std::size_t>(cell % Tissue::lanes);
-        if (tissue.regions[i] == 255 || activation[i] < 0) continue;
-        const std::array<double, 3> offset = {static_cast<double>(x) - place[0],
-                                              static_cast<double>(y) - place[1],
-                                              static_cast<double>(z) - place[2]};
+        const std::array<std::int64_t, 3> cell = {nearest[0] + dx, nearest[1] + dy, nearest[2] + dz};
+        const auto i = tissue.cell_at(cell, m);
+        if (!i || times(*i) < 0) continue;
+        const std::array<double, 3> offset = {static_cast<double>(cell[0]) - place[0],
+                                              static_cast<double>(cell[1]) - place[1],
+                                              static_cast<double>(cell[2]) - place[2]};
         samples.push_back({offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2], offset,
-                           static_cast<double>(activation[i])});
+                           static_cast<double>(times(*i))});
       }
   if (samples.empty()) return undefined;
   std::stable_sort(samples.begin(), samples.end(),
@@ -91,19 +89,58 @@ std::vector<std::pair<std::string, std::string>> activation_feature_names(const 
     names.emplace_back("activation_first_" + region.name + "_ms", "ms");
     names.emplace_back("activation_last_" + region.name + "_ms", "ms");
     names.emplace_back("activated_share_" + region.name, "1");
+    if (!scene.activation->beats) continue;
+    names.emplace_back("activation_latest_" + region.name + "_ms", "ms");
+    names.emplace_back("activations_most_" + region.name, "1");
   }
-  for (const std::string& probe : scene.activation->probes)
+  for (const std::string& probe : scene.activation->probes) {
     names.emplace_back("activation_" + probe + "_ms", "ms");
+    if (!scene.activation->beats) continue;
+    names.emplace_back("activations_" + probe, "1");
+    names.emplace_back("activation_latest_" + probe + "_ms", "ms");
+    names.emplace_back("apd90_" + probe + "_ms", "ms");
+    names.emplace_back("di_" + probe + "_ms", "ms");
+  }
   return names;
 }
 
+namespace {
+
+// Number and latest time of activations at a probe, APD90 of the latest action potential and the diastolic
+// interval before it. potential (samples): at the probe's cell. The latest time is read as the first one is,
+// from the cells that the same beat has reached.
+std::array<float, 4> beat_features(const Tissue& tissue, std::span<const float> activation, std::size_t m,
+                                   const std::array<double, 3>& point, std::span<const float> potential,
+                                   double interval_ms, double threshold_mV) {
+  const auto cell = nearest_cell(tissue, m, point);
+  if (!cell) return {undefined, undefined, undefined, undefined};
+  const auto stride = static_cast<std::size_t>(tissue.stride);
+  const float count = activation[*cell + 2 * stride], latest = activation[*cell + stride];
+  if (count == 0) return {0, undefined, undefined, undefined};
+  const float time = time_at(tissue, m, point, [&](std::size_t i) {
+    return activation[i + 2 * stride] == count ? activation[i + stride] : -1;
+  });
+  const std::vector<Beat> all = beats(potential, interval_ms, threshold_mV);
+  // Samples a millisecond apart place an upstroke less well than the step does.
+  if (all.empty() || std::abs(all.back().activation_ms - static_cast<double>(latest)) > interval_ms)
+    return {count, time, undefined, undefined};
+  const double before = all.size() > 1 ? all[all.size() - 2].repolarisation_ms : std::nan("");
+  return {count, time, static_cast<float>(all.back().repolarisation_ms - static_cast<double>(latest)),
+          static_cast<float>(static_cast<double>(latest) - before)};
+}
+
+}  // namespace
+
 std::vector<float> activation_features(const Scene& scene, const Tissue& tissue,
                                        std::span<const float> activation, std::size_t m,
-                                       std::span<const double> values) {
+                                       std::span<const double> values,
+                                       std::span<const float> probe_potential) {
   struct Summary {
-    float first = std::numeric_limits<float>::infinity(), last = -1;
+    float first = std::numeric_limits<float>::infinity(), last = -1, latest = -1, most = 0;
     std::int64_t cells = 0, activated = 0;
   };
+  const bool with_beats = scene.activation->beats;
+  const auto stride = static_cast<std::size_t>(tissue.stride);
   std::vector<Summary> summaries(scene.regions.size());
   const auto begin =
       static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
@@ -117,24 +154,36 @@ std::vector<float> activation_features(const Scene& scene, const Tissue& tissue,
     ++summary.activated;
     summary.first = std::min(summary.first, activation[i]);
     summary.last = std::max(summary.last, activation[i]);
+    if (!with_beats) continue;
+    summary.latest = std::max(summary.latest, activation[i + stride]);
+    summary.most = std::max(summary.most, activation[i + 2 * stride]);
   }
   std::vector<float> features;
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     if (!scene.regions[r].excitable) continue;
     const Summary& summary = summaries[r];
-    features.push_back(summary.activated > 0 ? summary.first : undefined);
-    features.push_back(summary.activated > 0 ? summary.last : undefined);
+    const bool any = summary.activated > 0;
+    features.push_back(any ? summary.first : undefined);
+    features.push_back(any ? summary.last : undefined);
     features.push_back(summary.cells > 0
                            ? static_cast<float>(summary.activated) / static_cast<float>(summary.cells)
                            : undefined);
+    if (!with_beats) continue;
+    features.push_back(any ? summary.latest : undefined);
+    features.push_back(summary.most);
   }
-  for (const std::string& probe : scene.activation->probes) {
-    const auto coordinate = [&](const char* axis) {
-      return values[static_cast<size_t>(
-          scene.parameters.index("outputs.activation.probes." + probe + "_mm" + axis))];
-    };
-    features.push_back(
-        probe_activation(tissue, activation, m, {coordinate(".x"), coordinate(".y"), coordinate(".z")}));
+  const std::size_t probes = scene.activation->probes.size();
+  for (std::size_t k = 0; k < probes; ++k) {
+    const std::array<double, 3> point = probe_point(scene, scene.activation->probes[k], values);
+    features.push_back(time_at(tissue, m, point, [&](std::size_t i) { return activation[i]; }));
+    if (!with_beats) continue;
+    const std::size_t samples = probe_potential.size() / probes;
+    const auto threshold =
+        static_cast<std::size_t>(scene.parameters.index("electrophysiology.activation_threshold_mV"));
+    const auto more =
+        beat_features(tissue, activation, m, point, probe_potential.subspan(k * samples, samples),
+                      sampling_interval_ms(scene), values[threshold]);
+    features.insert(features.end(), more.begin(), more.end());
   }
   return features;
 }

@@ -79,15 +79,15 @@ void declare_heart(Scene& scene) {
   const auto region = [](const char* name, bool excitable, Fibres fibres) {
     return Region{.name = name, .shape = {}, .excitable = excitable, .fibres = fibres};
   };
-  scene.regions = {region("lv", true, Fibres::transmural),
-                   region("rv", true, Fibres::transmural),
-                   region("la", true, Fibres::transmural),
-                   region("ra", true, Fibres::transmural),
-                   region("conduction_path", true, Fibres::transmural),
-                   region("bachmann", true, Fibres::transmural),
-                   region("insulator", false, Fibres::none),
-                   region("aorta", false, Fibres::none),
-                   region("pulmonary_artery", false, Fibres::none)};
+  scene.regions = {
+      region("lv", true, Fibres::transmural),       region("rv", true, Fibres::transmural),
+      region("la", true, Fibres::transmural),       region("ra", true, Fibres::transmural),
+      region("bachmann", true, Fibres::transmural), region("insulator", false, Fibres::none),
+      region("aorta", false, Fibres::none),         region("pulmonary_artery", false, Fibres::none)};
+  // Where the delay of the atrioventricular node stands for the path, it is ordinary septum and plate.
+  const bool path = !scene.conduction_system || scene.conduction_system->kind == ConductionSystem::Kind::path;
+  if (path)
+    scene.regions.insert(scene.regions.begin() + 4, region("conduction_path", true, Fibres::transmural));
 
   ParameterTable& table = scene.parameters;
   const auto mm = [&](const char* name, double value, double lower, double upper, const char* meaning) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/device.hpp"
+#include "solver/precision.hpp"
 #include "solver/simulation.hpp"
 
 namespace cohort {
@@ -16,6 +17,10 @@ struct Real {
 };
 struct Real4 {
   double x, y, z, w;
+};
+/// A struct of so many `real`, by value.
+struct Reals {
+  std::vector<double> values;
 };
 
 /// Launches kernels and keeps, for each, the number of calls, the bytes it must move and its device time.
@@ -71,6 +76,9 @@ class Launcher {
       else
         kernel.setArg(index, cl_float4{{static_cast<float>(x), static_cast<float>(y), static_cast<float>(z),
                                         static_cast<float>(w)}});
+    } else if constexpr (std::is_same_v<T, Reals>) {
+      const std::vector<std::byte> packed = pack(argument.values, precision_);
+      kernel.setArg(index, packed.size(), packed.data());
     } else {
       kernel.setArg(index, argument);
     }

@@ -8,7 +8,7 @@ LeadWeights::LeadWeights(Launcher& launcher, const Scene& scene, const Definitio
     : launcher_(launcher),
       scene_(scene),
       torso_(launcher.device(), scene),
-      intracellular_offset_(region_parameters(scene, read_cell_model(scene.cell_model)).intracellular_offset),
+      intracellular_offset_(region_parameters(scene).intracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
   std::vector<std::string> options = definitions.options;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
+#include "solver/heterogeneity.hpp"
 #include "solver/stimulus.hpp"
 
 namespace cohort {
@@ -13,14 +15,19 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
     : launcher_(launcher),
       scene_(scene),
       definitions_(definitions),
-      model_(read_cell_model(scene.cell_model)),
-      regions_(region_parameters(scene, model_)),
+      models_(scene),
+      regions_(region_parameters(scene)),
       members_per_batch_(members_per_batch),
-      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)),
+      region_varies_(heterogeneous_regions(scene)),
+      heterogeneous_(!scene.heterogeneity.parameters.empty()),
+      few_states_(models_.states() <= 2),
+      constants_by_value_(members_per_batch == 1 && !few_states_ &&
+                          launcher.device().fits_argument(models_.derived() * real_bytes(scene.precision))) {
   Device& device = launcher.device();
   const auto members = static_cast<std::size_t>(members_per_batch);
   const std::size_t real = real_bytes(scene.precision);
-  derived_ = device.allocate(members * model_.derived.size() * real);
+  derived_ = device.allocate(members * models_.derived() * real);
   fastest_rate_buffer_ = device.allocate(members * real);
   stimuli_buffer_ =
       device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
@@ -35,82 +42,112 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
 
 void Monodomain::choose_fields(std::span<const Member> members) {
   // A derived constant becomes a field where a parameter it depends on differs between the regions of any
-  // member.
-  std::vector<bool> varies(model_.parameters.size(), false);
-  for (const Member& member : members) {
-    for (int slot = 0; slot < regions_.slots; ++slot) {
-      for (size_t k = 0; k < model_.parameters.size(); ++k) {
-        const auto regional =
-            static_cast<size_t>(regions_.first + slot * regions_.stride + regions_.cell_offset) + k;
-        if (member.values[regional] != member.values[static_cast<size_t>(regions_.cell_first) + k])
-          varies[k] = true;
-      }
-    }
-  }
+  // member, or through their walls.
   field_of_.clear();
   fields_ = 0;
-  for (const CellModel::Derived& derived : model_.derived) {
-    const bool field = std::any_of(derived.from.begin(), derived.from.end(),
-                                   [&](int k) { return varies[static_cast<size_t>(k)]; });
-    field_of_.push_back(field ? fields_++ : -1);
+  for (size_t m = 0; m < models_.all().size(); ++m) {
+    const CellModel& model = models_.all()[m];
+    std::vector<bool> varies(model.parameters.size(), false);
+    for (size_t r = 0; r < scene_.regions.size(); ++r) {
+      if (models_.of_region()[r] != static_cast<int>(m)) continue;
+      for (size_t k = 0; k < model.parameters.size(); ++k)
+        for (const Member& member : members)
+          if (member.values[static_cast<size_t>(regions_.cell_first[r]) + k] !=
+                  member.values[static_cast<size_t>(regions_.model_first[m]) + k] ||
+              (region_varies_[r] && has_slope(scene_, model.parameters[k].path, member.values)))
+            varies[k] = true;
+    }
+    for (const CellModel::Derived& derived : model.derived) {
+      const bool field = std::any_of(derived.from.begin(), derived.from.end(),
+                                     [&](int k) { return varies[static_cast<size_t>(k)]; });
+      field_of_.push_back(field ? fields_++ : -1);
+    }
   }
-  auto [entry, is_new] = kernels_by_fields_.try_emplace(field_of_);
+  const auto [entry, is_new] = kernels_by_fields_.try_emplace(field_of_);
   kernels_ = &entry->second;
-  if (!is_new) return;
+  if (is_new) build_kernels();
+}
 
+std::string Monodomain::generated() const {
+  const auto table = [](const char* type, const char* name, const auto& numbers) {
+    std::string text = std::string("constant ") + type + " " + name + "[] = {";
+    for (const auto number : numbers) text += std::to_string(static_cast<int>(number)) + ",";
+    return text + "};\n";
+  };
+  return definitions_.generated + table("int", "region_model", models_.of_region()) +
+         table("int", "region_cell_first", regions_.cell_first) +
+         table("uchar", "region_varies", region_varies_);
+}
+
+void Monodomain::build_kernels() {
   Device& device = launcher_.device();
-  std::string generated = definitions_.generated + model_.macros() + "constant int derived_field[] = {";
-  std::string load = "#define LOAD_DERIVED(d, member, i) do { ";
-  for (size_t k = 0; k < field_of_.size(); ++k) {
-    generated += std::to_string(field_of_[k]) + ",";
-    load += "d[" + std::to_string(k) + "] = ";
-    load += field_of_[k] >= 0
-                ? "LOAD(derived_fields + " + std::to_string(field_of_[k]) + " * (size_t)stride + i); "
-                : "derived[(member) * CELL_DERIVED + " + std::to_string(k) + "]; ";
-  }
-  generated += "};\n" + load + "} while (0)\n";
-  const std::string cell = "cells/" + model_.name + ".cl";
-
+  const auto joined = [&](std::vector<std::string> files, const char* shared, const char* last) {
+    const std::vector<std::string> cells = models_.parts(scene_, shared, field_of_);
+    files.insert(files.end(), cells.begin(), cells.end());
+    files.emplace_back(last);
+    return files;
+  };
   std::vector<std::string> setup_options = definitions_.options;
   if (scene_.activation) setup_options.push_back("ACTIVATION");
-  const cl::Program setup = device.build({"segments.clh", cell, "cell_setup.cl"}, setup_options, generated);
-  entry->second.derive = launcher_.handle(setup, "derive_members");
-  entry->second.initialise = launcher_.handle(setup, "initialise_cells");
+  if (activation_fields(scene_) > 1) setup_options.push_back("BEATS");
+  if (heterogeneous_) setup_options.push_back("HETEROGENEOUS");
+  setup_options.push_back("STATES=" + std::to_string(models_.states()));
+  setup_options.push_back("DERIVED_CONSTANTS=" + std::to_string(models_.derived()));
+  setup_options.push_back("REGIONS=" + std::to_string(scene_.regions.size()));
+  const cl::Program setup =
+      device.build(joined({"segments.clh", "heterogeneity.clh"}, "cell_setup.clh", "cell_setup.cl"),
+                   setup_options, generated());
+  kernels_->derive = launcher_.handle(setup, "derive_members");
+  kernels_->initialise = launcher_.handle(setup, "initialise_cells");
+  if (heterogeneous_) kernels_->segment_rates = launcher_.handle(setup, "segment_rates");
 
   std::vector<std::string> options = definitions_.options;
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
+  options.push_back("DERIVED_CONSTANTS=" + std::to_string(models_.derived()));
+  if (constants_by_value_) options.push_back("DERIVED_BY_VALUE");
   if (scene_.activation) options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 1) options.push_back("BEATS");
   // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler
-  // takes. A model of many states would spill.
-  constexpr std::size_t few_states = 2;
-  if (model_.states.size() <= few_states && scene_.precision == Precision::single_)
-    for (const std::string& option : device.register_cap(40)) options.push_back(option);
+  // takes. With the 18 states of ten Tusscher-Panfilov cells and constants from a buffer, ptxas takes 162,
+  // and spills 152 bytes at 96; with constants by value it takes 80 of itself.
+  if (scene_.precision == Precision::single_ && !constants_by_value_)
+    for (const std::string& option : device.register_cap(few_states_ ? 40 : 96)) options.push_back(option);
   const cl::Program program =
-      device.build({"segments.clh", "diffusion.clh", cell, "monodomain.cl"}, options, generated);
-  entry->second.step = launcher_.handle(program, "monodomain_step");
-  entry->second.diffusion_step = launcher_.handle(program, "diffusion_step");
+      device.build(joined({"segments.clh", "diffusion.clh"}, "reaction.clh", "monodomain.cl"), options,
+                   definitions_.generated);
+  kernels_->step = launcher_.handle(program, "monodomain_step");
+  kernels_->diffusion_step = launcher_.handle(program, "diffusion_step");
   if (!scene_.stimuli.empty()) {
     options.push_back("STIMULATED");
     options.push_back("STIMULI=" + std::to_string(scene_.stimuli.size()));
     const cl::Program stimulated = device.build(
-        {"segments.clh", "diffusion.clh", "stimulus.clh", cell, "monodomain.cl"}, options, generated);
-    entry->second.stimulated_step = launcher_.handle(stimulated, "monodomain_step");
+        joined({"segments.clh", "diffusion.clh", "stimulus.clh"}, "reaction.clh", "monodomain.cl"), options,
+        definitions_.generated);
+    kernels_->stimulated_step = launcher_.handle(stimulated, "monodomain_step");
   }
 }
 
 std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
-  const CellModel model = read_cell_model(scene.cell_model);
+  const CellModels models(scene);
   const auto n = static_cast<std::size_t>(stride);
-  return n * (real_bytes(scene.precision) * (2 + model.states.size() + 6 + model.derived.size()) +
-              (scene.activation ? sizeof(float) : 0) + (scene.stimuli.empty() ? 0 : 1));
+  return n * (real_bytes(scene.precision) * (3 + models.states() + 6 + models.derived()) +
+              static_cast<std::size_t>(activation_fields(scene)) * sizeof(float) +
+              (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0));
+}
+
+double Monodomain::bytes_per_cell_stage() const {
+  // Potential in and out, six couplings, inverse capacity; eight neighbours a segment. The base of a second
+  // stage is one number more.
+  return 9 * static_cast<double>(real_bytes(scene_.precision)) + 4;
 }
 
 double Monodomain::bytes_per_cell_step() const {
   const auto real = static_cast<double>(real_bytes(scene_.precision));
-  // Potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours a
-  // segment.
-  return real * static_cast<double>(2 + 2 * model_.states.size() + 6 + 1 + static_cast<size_t>(fields_)) + 4;
+  // Stage, potential in and out, states in and out, six couplings, inverse capacity, fields; eight neighbours
+  // a segment.
+  return real * static_cast<double>(3 + 2 * models_.states() + 6 + 1 + static_cast<size_t>(fields_)) + 4 +
+         (models_.all().size() > 1 ? 1 : 0);
 }
 
 void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
@@ -122,10 +159,12 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
     for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real);
-    states_ = device.allocate(n * real * model_.states.size());
+    stage_ = device.allocate(n * real);
+    states_ = device.allocate(n * real * models_.states());
     stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
-    activation_ = device.allocate(scene_.activation ? n * sizeof(float) : 0);
+    activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float));
     stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
+    model_of_ = device.allocate(models_.all().size() > 1 ? n : 0);
     fields_allocated_ = -1;
   }
   if (fields_ > fields_allocated_) {
@@ -133,16 +172,14 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     derived_fields_ =
         device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
-  diffusion.assemble(tissue, parameters, 0, 1.0, Diffusion::Use::monodomain, stencil_);
+  const int conductivity =
+      scene_.activation_method == ActivationMethod::bidomain ? regions_.intracellular_offset : 0;
+  diffusion.assemble(tissue, parameters, conductivity, 1.0, Diffusion::Use::monodomain, stencil_);
   diffusion_limit_ms_.clear();
   for (const double largest : diffusion.bound(tissue, stencil_))
     diffusion_limit_ms_.push_back(largest > 0 ? 2 / largest : std::numeric_limits<double>::infinity());
 
-  launcher_(kernels_->derive, cl::NDRange(members.size()), cl::NDRange(1), 0, parameters, derived_,
-            fastest_rate_buffer_, Real{1});
-  std::vector<std::byte> rates(members.size() * real);
-  launcher_.queue().enqueueReadBuffer(fastest_rate_buffer_, CL_TRUE, 0, rates.size(), rates.data());
-  fastest_rate_ = unpack(rates, scene_.precision);
+  read_rates(tissue, parameters, members.size());
 
   stimuli_.clear();
   stimulated_by_host_.assign(static_cast<size_t>(tissue.stride), 0);
@@ -161,61 +198,119 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
   queue.enqueueReadBuffer(stimulated_by_, CL_TRUE, 0, stimulated_by_host_.size(), stimulated_by_host_.data());
 }
 
+std::vector<double> Monodomain::read(const cl::Buffer& buffer, std::size_t count) {
+  std::vector<std::byte> raw(count * real_bytes(scene_.precision));
+  launcher_.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, raw.size(), raw.data());
+  return unpack(raw, scene_.precision);
+}
+
+void Monodomain::read_rates(const Tissue& tissue, const cl::Buffer& parameters, std::size_t members) {
+  launcher_(kernels_->derive, cl::NDRange(members), cl::NDRange(1), 0, parameters, derived_,
+            fastest_rate_buffer_, Real{1});
+  fastest_rate_ = read(fastest_rate_buffer_, members);
+  if (!heterogeneous_) return;
+  if (tissue.coordinates() == nullptr) throw std::logic_error("heterogeneity needs the tissue's coordinates");
+  const auto segments = static_cast<std::size_t>(tissue.stride / Tissue::lanes);
+  const std::size_t real = real_bytes(scene_.precision);
+  const cl::Buffer buffer = launcher_.device().allocate(segments * real);
+  launcher_(kernels_->segment_rates, cl::NDRange(segments), cl::NDRange(Tissue::group / Tissue::lanes),
+            static_cast<double>(tissue.stride) * (1 + 3.0 * static_cast<double>(real)), parameters,
+            tissue.member_of, tissue.region, tissue.coordinates, buffer, tissue.stride);
+  const std::vector<double> rates = read(buffer, segments);
+  constexpr std::size_t margin = Tissue::first_cell_place / Tissue::lanes;
+  constexpr std::size_t block = Tissue::block_cells / Tissue::lanes;
+  for (std::size_t m = 0; m < members; ++m)
+    for (std::size_t s = margin + block * static_cast<std::size_t>(tissue.first_block[m]);
+         s < margin + block * static_cast<std::size_t>(tissue.first_block[m + 1]); ++s)
+      fastest_rate_[m] = std::max(fastest_rate_[m], rates[s]);
+}
+
 void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, double dt_ms, int substeps) {
   dt_ms_ = dt_ms;
   substeps_ = substeps;
   current_ = 0;
-  if (substeps > 1 && scratch_capacity_ < capacity_) {
-    scratch_capacity_ = capacity_;
+  if (substeps > 1 && before_capacity_ < capacity_) {
+    before_capacity_ = capacity_;
     const std::size_t bytes = static_cast<size_t>(capacity_) * real_bytes(scene_.precision);
-    scratch_ = launcher_.device().allocate(bytes);
-    launcher_.queue().enqueueFillBuffer(scratch_, cl_uchar{0}, 0, bytes);
+    before_ = launcher_.device().allocate(bytes);
   }
   const auto n = static_cast<std::size_t>(tissue.stride);
+  // Padding is read, with zero weight, and never written: what another batch left there may be no number.
+  launcher_.queue().enqueueFillBuffer(stage_, cl_uchar{0}, 0, n * real_bytes(scene_.precision));
+  if (substeps > 1)
+    launcher_.queue().enqueueFillBuffer(before_, cl_uchar{0}, 0, n * real_bytes(scene_.precision));
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NDRange(1), 0, parameters,
             derived_, fastest_rate_buffer_, Real{dt_ms});
+  if (constants_by_value_) constants_.values = read(derived_, models_.derived());
   launcher_(kernels_->initialise, cl::NDRange(n), cl::NDRange(Tissue::group),
-            static_cast<double>(n) * (5 + real * static_cast<double>(2 + model_.states.size())), parameters,
-            tissue.member_of, tissue.region, derived_fields_, potential_[0], potential_[1], states_,
-            activation_, tissue.stride, Real{dt_ms});
+            static_cast<double>(n) * (5 + real * static_cast<double>(2 + models_.states())), parameters,
+            tissue.member_of, tissue.region, heterogeneous_ ? tissue.coordinates : derived_fields_,
+            derived_fields_, potential_[0], potential_[1], states_, activation_, model_of_, tissue.stride,
+            Real{dt_ms});
 }
 
 void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
-  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  const cl::NDRange global(cells / static_cast<size_t>(width_));
-  const cl::NDRange local(Tissue::block_cells / static_cast<size_t>(width_));
-  const auto bytes = static_cast<double>(cells);
   const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
   const cl::Buffer* before = &potential_[current_];
   if (substeps_ > 1 && scene_.activation) {
-    launcher_.queue().enqueueCopyBuffer(potential_[current_], scratch_, 0, 0,
+    launcher_.queue().enqueueCopyBuffer(potential_[current_], before_, 0, 0,
                                         static_cast<size_t>(tissue.stride) * real_bytes(scene_.precision));
-    before = &scratch_;
+    before = &before_;
   }
   for (int substep = 1; substep < substeps_; ++substep) {
     diffuse(tissue, potential_[current_], potential_[1 - current_], dt_diffusion);
     current_ = 1 - current_;
   }
+  diffusion_stage(tissue, potential_[current_], potential_[current_], stage_, 0.5 * dt_diffusion);
+  step(tissue, parameters, time_ms, stage_, potential_[current_], *before, dt_diffusion);
+}
+
+void Monodomain::react(const Tissue& tissue, const cl::Buffer& parameters, double time_ms,
+                       const cl::Buffer& diffused) {
+  step(tissue, parameters, time_ms, diffused, diffused, potential_[current_], 0);
+}
+
+// The second stage of diffusion and the reaction, from `base` into the potential that is not current.
+void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms,
+                      const cl::Buffer& stage, const cl::Buffer& base, const cl::Buffer& before,
+                      double dt_diffusion) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  const cl::NDRange global(cells / static_cast<size_t>(width_));
+  // Of a model with many registers more and smaller groups fit on a multiprocessor.
+  const bool small_groups = launcher_.device().info().gpu && !few_states_;
+  const cl::NDRange local(small_groups ? Tissue::group : Tissue::block_cells / static_cast<size_t>(width_));
+  const auto bytes = static_cast<double>(cells);
   const double whole = std::floor(time_ms);
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
-  launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
-            bytes * bytes_per_cell_step(), potential_[current_], *before, potential_[1 - current_], states_,
-            stencil_, tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived_, derived_fields_,
-            activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride, Real{dt_diffusion},
-            Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+  const auto step = [&](const auto& derived) {
+    launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
+              bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,
+              tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived, derived_fields_,
+              model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride,
+              Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+  };
+  if (constants_by_value_)
+    step(constants_);
+  else
+    step(derived_);
   current_ = 1 - current_;
 }
 
-void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms) {
+void Monodomain::diffusion_stage(const Tissue& tissue, const cl::Buffer& stage, const cl::Buffer& base,
+                                 const cl::Buffer& to, double dt_ms) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  const auto real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(kernels_->diffusion_step, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
-            static_cast<double>(cells) * (9 * real + 4), from, to, stencil_, tissue.inverse_capacity,
-            tissue.neighbours, tissue.stride, Real{dt_ms});
+            static_cast<double>(cells) * bytes_per_cell_stage(), stage, base, to, stencil_,
+            tissue.inverse_capacity, tissue.neighbours, tissue.stride, Real{dt_ms});
+}
+
+void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl::Buffer& to, double dt_ms) {
+  diffusion_stage(tissue, from, from, stage_, 0.5 * dt_ms);
+  diffusion_stage(tissue, stage_, from, to, dt_ms);
 }
 
 const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
@@ -225,7 +320,7 @@ const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
   for (int step = 0; step < steps; ++step) {
     diffuse(tissue, *from, *to, 0.5 * dt_ms_ / steps);
     from = to;
-    to = from == &scratch_ ? &potential_[1 - current_] : &scratch_;
+    to = from == &before_ ? &potential_[1 - current_] : &before_;
   }
   return *from;
 }

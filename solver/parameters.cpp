@@ -44,7 +44,8 @@ std::vector<double> ParameterTable::values() const {
 void ParameterTable::resolve(std::vector<double>& values) const {
   for (size_t i = 0; i < parameters_.size(); ++i) {
     if (std::isnan(values[i]) && !parameters_[i].inherits.empty())
-      values[i] = values[static_cast<size_t>(index(parameters_[i].inherits))];
+      values[i] =
+          parameters_[i].inherits_factor * values[static_cast<size_t>(index(parameters_[i].inherits))];
   }
 }
 

@@ -10,15 +10,16 @@ namespace cohort {
 /// One number of a scene. Its path is its name everywhere: in the YAML file, in --set, in the sampler,
 /// in the HDF5 file and in `cohort parameters`.
 struct Parameter {
-  std::string path;           ///< for example "geometry.heart.lv_radius_mm"
-  std::string unit;           ///< "mm", "ms", "mS/mm", "1" for none
-  double value;               ///< default, or what the file says; NaN where it is `inherits`
-  double lower;               ///< smallest admissible value, inclusive
-  double upper;               ///< largest admissible value, inclusive
-  std::string meaning;        ///< one short sentence
-  std::string source;         ///< where the default comes from
-  std::string inherits = {};  ///< path of the parameter whose value stands in while this one is NaN
-  bool structural = false;    ///< shared by a whole campaign (grid, time): settable, never sampled
+  std::string path;            ///< for example "geometry.heart.lv_radius_mm"
+  std::string unit;            ///< "mm", "ms", "mS/mm", "1" for none
+  double value;                ///< default, or what the file says; NaN where it is `inherits`
+  double lower;                ///< smallest admissible value, inclusive
+  double upper;                ///< largest admissible value, inclusive
+  std::string meaning;         ///< one short sentence
+  std::string source;          ///< where the default comes from
+  std::string inherits = {};   ///< path of the parameter whose value stands in while this one is NaN
+  double inherits_factor = 1;  ///< times this
+  bool structural = false;     ///< shared by a whole campaign (grid, time): settable, never sampled
 };
 
 /// The parameters of a scene in their fixed order. A member is one value for each of them.

@@ -2,11 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
+#include <map>
+#include <sstream>
 #include <stdexcept>
 
+#include "solver/bidomain.hpp"
+#include "solver/eikonal_activation.hpp"
+#include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/probes.hpp"
+#include "solver/reaction_eikonal.hpp"
 #include "solver/simulation.hpp"
+#include "solver/stimulus.hpp"
+#include "solver/template_ecg.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -19,14 +29,130 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
                            " bytes, and there are " + std::to_string(limit) + " bytes");
 }
 
+// Whether the stimuli start one front, or one that comes again and again.
+bool one_front(const Scene& scene, std::span<const double> values) {
+  constexpr double beat_ms = 100;  // what starts later is another beat
+  const std::vector<double> block = stimulus_block(scene, values);
+  for (size_t k = 0; k < block.size(); k += stimulus_numbers) {
+    const bool same_train = block[k + 2] == block[2] && (block[2] <= 0 || block[k + 3] == block[3]);
+    if (!same_train || std::abs(block[k] - block[0]) > beat_ms) return false;
+  }
+  return true;
+}
+
+// Why the scene has no ECG without a time loop; empty where it can.
+std::string projection_refusal(const Scene& scene) {
+  const std::string why = EikonalActivation::refusal(scene);
+  return why.empty() ? TemplateEcg::refusal(scene) : why;
+}
+
+// Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
+void choose_activation(Device& device, const Scene& scene, const Member& base, double dx_mm, Plan& plan) {
+  plan.activation = scene.activation_method;
+  plan.activation_reason = "electrophysiology.activation";
+  // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
+  // for, templates give them at a small part of the cost.
+  if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
+    const std::string why = projection_refusal(scene);
+    plan.activation = why.empty() ? ActivationMethod::eikonal : ActivationMethod::reaction_eikonal;
+    plan.activation_reason =
+        why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
+  }
+  if (plan.activation == ActivationMethod::eikonal) {
+    const RegionParameters regions = region_parameters(scene);
+    for (size_t r = 0; r < scene.regions.size(); ++r) {
+      if (regions.slot[r] < 0) continue;
+      const auto first =
+          base.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
+      plan.conduction.push_back({scene.regions[r].name, first[0], first[1], 0, 0});
+    }
+    return;
+  }
+  Conduction conduction(device, scene.precision);
+  double fewest = 1e9;  // cells that a front is wide
+  std::string narrowest;
+  bool conducts = true;
+  for (const RegionFront& front : region_fronts(conduction, scene, {&base, 1})) {
+    const std::string& name = scene.regions[static_cast<size_t>(front.region)].name;
+    plan.conduction.push_back(
+        {name, front.along_mm_per_ms, front.across_mm_per_ms, front.width_along_mm, front.width_across_mm});
+    if (!(front.front.speed > 0)) conducts = false;
+    const double cells = std::min(front.width_along_mm, front.width_across_mm) / dx_mm;
+    if (cells < fewest) {
+      fewest = cells;
+      narrowest = name;
+    }
+  }
+  if (plan.activation != ActivationMethod::automatic) return;
+  // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
+  // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
+  constexpr double least_cells = 1.5;
+  plan.activation = ActivationMethod::monodomain;
+  const auto text = [](double x) {
+    std::ostringstream stream;
+    stream << std::setprecision(2) << x;
+    return stream.str();
+  };
+  if (scene.stimuli.empty()) {
+    plan.activation_reason = "nothing stimulates the tissue: no front to follow";
+  } else if (!one_front(scene, base.values)) {
+    plan.activation_reason = "the stimuli pace more than one front";
+  } else if (!conducts) {
+    plan.activation_reason = "a cable of these cells conducts no plane front";
+  } else if (fewest >= least_cells) {
+    plan.activation_reason = "the grid resolves the front: " + text(fewest) + " cells of " + text(dx_mm) +
+                             " mm at least, in region \"" + narrowest + "\"";
+  } else {
+    plan.activation = ActivationMethod::reaction_eikonal;
+    plan.activation_reason = "the grid is too coarse for the front, which is " + text(fewest) + " cells of " +
+                             text(dx_mm) + " mm wide in region \"" + narrowest + "\"";
+  }
+}
+
+// What is odd about the protocol, and for how many members; about the scene's own values where there are
+// none.
+void warn_of_protocol(const Scene& scene, std::span<const Member> members, const Member& base) {
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  std::map<std::string, std::size_t> warnings;
+  for (const Member& member : all)
+    for (const std::string& warning : stimulus_warnings(scene, member.values)) ++warnings[warning];
+  for (const auto& [warning, count] : warnings) {
+    if (count == all.size())
+      spdlog::warn("{}", warning);
+    else
+      spdlog::warn("{}, in {} of {} members", warning, count, all.size());
+  }
+}
+
+void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base) {
+  if (!scene.activation) return;
+  for (const std::string& probe : scene.activation->probes)
+    if (!nearest_cell(tissue, 0, probe_point(scene, probe, base.values)))
+      spdlog::warn(
+          "probe \"{}\" lies outside the tissue of the scene's own values: what it reads is undefined",
+          probe);
+}
+
 }  // namespace
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
-  if (scene.activation_method != ActivationMethod::automatic &&
-      scene.activation_method != ActivationMethod::monodomain)
-    throw std::invalid_argument("electrophysiology.activation: this method is known but not built yet");
+  const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
+  const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
+  if (forward && scene.torso == TorsoKind::unbounded)
+    throw std::invalid_argument(
+        "outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
+  if (forward && scene.activation_method == ActivationMethod::eikonal)
+    throw std::invalid_argument(
+        "outputs.ecg.method: forward needs a time loop; activation: eikonal has none");
+  if (scene.activation_method == ActivationMethod::eikonal)
+    if (const std::string why = projection_refusal(scene); !why.empty())
+      throw std::invalid_argument("electrophysiology." + why);
+  if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
+    throw std::invalid_argument(
+        "electrophysiology.conduction_system: its fast layer and delay act through arrival times; set "
+        "activation: eikonal or reaction_eikonal");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
@@ -48,6 +174,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
+  warn_of_protocol(scene, members, base);
+  warn_of_probes(scene, tissue, base);
   plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);
   plan.segments = static_cast<std::size_t>(tissue.stride / Tissue::lanes);
   for (size_t r = 0; r < scene.regions.size(); ++r)
@@ -59,7 +187,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   // A GPU is full with about two million cells; a CPU works through one heart at a time.
   constexpr std::size_t cells_that_fill_a_gpu = 2'000'000;
   constexpr int most_members = 64;
+  // Each member's elliptic solve fills a device by itself.
   plan.members_per_device = options.members_per_device;
+  if (plan.members_per_device <= 0 && (bidomain || forward)) plan.members_per_device = 1;
   if (plan.members_per_device <= 0) {
     const auto fitting = cells_that_fill_a_gpu / std::max<std::size_t>(plan.segments * Tissue::lanes, 1);
     plan.members_per_device = device.info().gpu ? std::clamp(static_cast<int>(fitting), 1, most_members) : 1;
@@ -74,14 +204,50 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
     plan.bytes += runs ? bytes : 0;
   };
-  module("geometry", true, "cells, regions, fractions and fibres of every member",
-         {"classify_cells", "flag_segments", "gather_cells", "link_segments", "fibre_field"},
-         Tissue::bytes(grid, batch, stride, scene.precision));
-  module("monodomain", true, "activation and potential of the tissue",
+  const bool heterogeneous = !scene.heterogeneity.parameters.empty();
+  std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
+                                               "link_segments", "fibre_field"};
+  std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
+  if (heterogeneous || scene.conduction_system) {
+    geometry_kernels.emplace_back("coordinate_field");
+    geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
+  }
+  module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
+         geometry_bytes);
+  choose_activation(device, scene, base, grid.dx_mm, plan);
+  const bool eikonal = plan.activation == ActivationMethod::eikonal;
+  const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
+  module("eikonal", eikonal || triggers,
+         eikonal || triggers ? plan.activation_reason : "monodomain: " + plan.activation_reason,
+         eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
+                 : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
+         eikonal ? EikonalActivation::bytes(stride, scene.precision)
+                 : ReactionEikonal::bytes(stride, scene.precision));
+  module("templates", eikonal && scene.ecg,
+         !eikonal     ? "the time loop has the potential"
+         : !scene.ecg ? "no ECG is asked for"
+                      : "outputs.ecg: action potentials behind the arrival times, without a time loop",
+         {"run_templates", "template_places", "project_blocks", "project_totals"},
+         scene.ecg ? TemplateEcg::bytes(scene, grid, batch, stride) : 0);
+  module("monodomain", !eikonal,
+         eikonal    ? "no time loop"
+         : triggers ? "potential of the tissue"
+                    : "activation and potential of the tissue",
          {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
           "monodomain_step", "diffusion_step"},
          Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
-  if (scene.ecg) {
+  module("bidomain", bidomain,
+         bidomain ? "electrophysiology.activation: extracellular potential of tissue and bath"
+                  : "the monodomain equation has no extracellular potential",
+         {"add_couplings", "bidomain_source", "gather_extracellular", "bidomain_diffusion"},
+         bidomain ? Bidomain::bytes(grid, batch, grid.size() * batch, scene.precision) : 0);
+  if (forward) {
+    const Torso torso(device, scene, 1);
+    module("torso", true, "outputs.ecg: a solve at every sample",
+           {"tissue_currents", "deposit_currents", "read_leads"},
+           ForwardEcg::bytes(stride, scene.precision) +
+               static_cast<std::size_t>(batch) * torso.bytes(base.values));
+  } else if (scene.ecg) {
     const Torso torso(device, scene);
     module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
            LeadWeights::bytes(stride, scene.precision) + torso.bytes(base.values));
@@ -99,7 +265,15 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   refuse_beyond(plan.bytes, limit,
                 "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
 
+  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
+  if (eikonal) {
+    // Measured with configs/eikonal.yaml: nanoseconds for each tissue cell and ms of a member's series.
+    constexpr double seconds_per_cell_ms = 3e-9;
+    plan.seconds_per_member = seconds_per_cell_ms * static_cast<double>(plan.tissue_cells) * end_ms;
+    return plan;
+  }
   tissue.build_fibres(parameters);
+  if (heterogeneous) tissue.build_coordinates(parameters);
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
@@ -109,7 +283,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);
-  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   plan.dt_ms = steps.dt_ms;
   plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
 
@@ -117,10 +290,24 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
   constexpr double share_of_triad = 0.7;
   const double bytes_per_step =
-      static_cast<double>(stride) * monodomain.bytes_per_cell_step() * steps.substeps;
-  const double step_s =
-      std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9), launch_s * steps.substeps);
+      static_cast<double>(stride) *
+      (monodomain.bytes_per_cell_step() + monodomain.bytes_per_cell_stage() * (2 * steps.substeps - 1));
+  const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
+                                 2 * launch_s * steps.substeps);
   plan.seconds_per_member = plan.steps * step_s / batch;
+  // What one V-cycle and its step of conjugate gradients move and launch; the numbers of V-cycles are those
+  // of configs/bidomain.yaml and of the forward ECG's test.
+  constexpr double reals_per_cell = 60, launches = 50, cycles_per_step = 6, cycles_per_sample = 6;
+  const auto cycle_s = [&](std::size_t cells) {
+    return std::max(reals_per_cell * static_cast<double>(cells * real_bytes(scene.precision)) /
+                        (share_of_triad * device.triad_GB_per_s() * 1e9),
+                    launches * launch_s);
+  };
+  if (bidomain)
+    plan.seconds_per_member += plan.steps * cycles_per_step * cycle_s(static_cast<std::size_t>(grid.size()));
+  if (forward)
+    plan.seconds_per_member += end_ms / sampling_interval_ms(scene) * cycles_per_sample *
+                               cycle_s(Torso(device, scene, 1).cells(base.values));
   return plan;
 }
 

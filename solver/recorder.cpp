@@ -9,11 +9,13 @@ Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& de
       members_per_batch_(members_per_batch),
       samples_(samples),
       quantities_((scene.ecg ? LeadWeights::leads : 0) + 1),
+      weighted_(scene.ecg && scene.ecg->method == EcgRequest::Method::lead_field ? LeadWeights::leads : 0),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
   std::vector<std::string> options = definitions.options;
   options.push_back("WIDTH=" + std::to_string(width_));
-  options.push_back("LEADS=" + std::to_string(quantities_ - 1));
+  options.push_back("LEADS=" + std::to_string(weighted_));
+  options.push_back("ROW=" + std::to_string(quantities_));
   const cl::Program program =
       device.build({"segments.clh", "diffusion.clh", "record.cl"}, options, definitions.generated);
   record_blocks_ = launcher.handle(program, "record_blocks");
@@ -37,23 +39,26 @@ void Recorder::prepare(const Tissue& tissue) {
                                        tissue.first_block.data());
 }
 
-void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot) {
+void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot,
+                      const cl::Buffer* closed) {
   // Within the explicit limit the closing half step is part of the sum; beyond it it takes substeps of its
   // own.
-  const bool substeps = monodomain.substeps() > 1;
-  const cl::Buffer& potential = substeps ? monodomain.closed_potential(tissue) : monodomain.potential();
+  const bool substeps = closed == nullptr && monodomain.substeps() > 1;
+  const cl::Buffer& potential = closed != nullptr ? *closed
+                                : substeps        ? monodomain.closed_potential(tissue)
+                                                  : monodomain.potential();
   const bool gpu = launcher_.device().info().gpu;
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
   const auto group = static_cast<std::size_t>(Tissue::block_cells);
   const double real = static_cast<double>(real_bytes(precision_));
-  const double bytes = static_cast<double>(blocks * group) * (real * (8 + quantities_ - 1) + 4);
+  const double bytes = static_cast<double>(blocks * group) * (real * (8 + weighted_) + 4);
   launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), cl::NDRange(gpu ? group : 1), bytes,
             potential, monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
             weights != nullptr ? *weights : monodomain.potential(), partial_, tissue.stride, tissue.blocks,
-            Real{substeps ? 0.0 : 0.5 * monodomain.dt_ms()});
-  const auto rows = static_cast<std::size_t>(members_ * quantities_);
+            Real{substeps || closed != nullptr ? 0.0 : 0.5 * monodomain.dt_ms()});
+  const auto rows = static_cast<std::size_t>(members_ * (weighted_ + 1));
   launcher_(record_totals_, cl::NDRange(gpu ? rows * group : rows), cl::NDRange(gpu ? group : 1),
-            static_cast<double>(blocks) * quantities_ * real, partial_, first_block_, series_[half_],
+            static_cast<double>(blocks) * (weighted_ + 1) * real, partial_, first_block_, series_[half_],
             tissue.blocks, members_, slot);
 }
 

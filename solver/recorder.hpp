@@ -16,8 +16,13 @@ class Recorder {
            int samples);
 
   void prepare(const Tissue& tissue);
-  /// Enqueues sample number `slot` of the current half of the buffer.
-  void sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot);
+  /// Enqueues sample number `slot` of the current half of the buffer. closed: the potential with the
+  /// splitting closed, where the caller has it.
+  void sample(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer* weights, int slot,
+              const cl::Buffer* closed = nullptr);
+  /// The current half: (samples, members, quantities). Leads that are not weighted sums are the caller's to
+  /// write.
+  const cl::Buffer& series() const { return series_[half_]; }
 
   /// Starts reading the `count` samples of the current half and turns to the other half. Not blocking.
   void start_fetch(int count);
@@ -29,7 +34,7 @@ class Recorder {
  private:
   Launcher& launcher_;
   Precision precision_;
-  int members_per_batch_, samples_, quantities_, width_, members_ = 0;
+  int members_per_batch_, samples_, quantities_, weighted_, width_, members_ = 0;
   int half_ = 0;
   int capacity_blocks_ = 0;
   cl::Buffer partial_, series_[2], first_block_;

@@ -1,5 +1,6 @@
 #include "solver/scene.hpp"
 
+#include "solver/conduction_system.hpp"
 #include "solver/electrophysiology.hpp"
 #include "solver/geometry.hpp"
 #include "solver/torso.hpp"
@@ -42,6 +43,7 @@ void declare_parameters(Scene& scene) {
   declare_grid_and_time(scene.parameters);
   declare_geometry(scene);
   declare_electrophysiology(scene);
+  declare_conduction_system(scene);
   declare_stimuli(scene);
   if (scene.ecg) declare_torso(scene.parameters, scene.torso);
   declare_probes(scene);

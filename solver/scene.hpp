@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,6 +48,7 @@ struct Region {
   std::string shape;      ///< geometry `shapes` only: the shape it fills
   bool excitable = true;  ///< false: insulates (no electrophysiology in it)
   Fibres fibres = Fibres::none;
+  bool bath = false;  ///< bidomain: not excitable, but an isotropic conductor in contact with the tissue
 };
 
 struct Stimulus {
@@ -56,9 +58,35 @@ struct Stimulus {
   std::string site;  ///< Kind::site only: a named place of the heart ("sinoatrial_node", ...)
 };
 
-struct EcgRequest {};               ///< twelve leads
+/// How the heart is driven: from the sinoatrial node through the atria, then either after the delay of the
+/// atrioventricular node to early sites on a fast (Purkinje) layer, or along the conduction path through the
+/// insulating septum (region conduction_path, which exists only then).
+struct ConductionSystem {
+  enum class Kind { delay, path };
+  enum class Surface { lv, rv_septum, rv_free_wall };  ///< endocardium on which a site lies
+  struct EarlySite {
+    std::string name;
+    Surface surface;
+  };
+  Kind kind = Kind::delay;
+  std::vector<EarlySite> early_sites;  ///< leaving out those of one side is a bundle branch block
+};
+
+/// Cell parameters that vary through the wall: each has slopes electrophysiology.heterogeneity.<name>.<basis>
+/// (solver/heterogeneity.hpp).
+struct Heterogeneity {
+  std::vector<std::string> parameters;  ///< names of cell parameters; empty: none varies
+  std::vector<std::string> regions;     ///< where they vary; empty: as heterogeneous_regions() says
+};
+
+/// Twelve leads: by lead fields, solved once, or by a solve of the torso at every sample.
+struct EcgRequest {
+  enum class Method { lead_field, forward };
+  Method method = Method::lead_field;
+};
 struct ActivationRequest {          ///< activation times by region and at probes
   std::vector<std::string> probes;  ///< their positions are parameters outputs.activation.probes.<name>_mm
+  bool beats = false;  ///< also counts activations, keeps the latest, and measures APD90 and DI at probes
 };
 
 /// What a campaign simulates: the structure that all members share, and the table of every number in it.
@@ -69,8 +97,12 @@ struct Scene {
   std::shared_ptr<const LabelHeart> labels;       ///< geometry `labels`: the map and what its values mean
   std::vector<Region> regions;                    ///< filled by declare_parameters, but for `shapes`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
+  std::map<std::string, std::string>
+      region_cell_models;  ///< by name of a region: the model that it has instead
+  Heterogeneity heterogeneity;
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
+  std::optional<ConductionSystem> conduction_system;  ///< geometry `heart` only
   TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;
   std::optional<EcgRequest> ecg;
@@ -78,6 +110,12 @@ struct Scene {
 
   ParameterTable parameters;  ///< filled by declare_parameters
 };
+
+/// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest
+/// and the number of activations too.
+inline int activation_fields(const Scene& scene) {
+  return !scene.activation ? 0 : scene.activation->beats ? 3 : 1;
+}
 
 /// Fills scene.parameters with everything the scene's structure holds, at defaults: grid, time, geometry,
 /// electrophysiology, stimuli, torso. Call once the structure is set, before any value is.

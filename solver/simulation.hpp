@@ -13,6 +13,8 @@
 
 namespace cohort {
 
+struct Observer;
+
 /// How a member ended. The numbers stand in the shared file.
 enum class Outcome : std::uint8_t { done = 3, failed = 4, timeout = 5, unstable = 6, rejected = 7 };
 
@@ -51,8 +53,18 @@ struct PlannedModule {
   std::size_t bytes;  ///< device memory of one batch
 };
 
+/// Plane fronts of one excitable region of the scene's own values.
+struct PlannedConduction {
+  std::string region;
+  double along_mm_per_ms, across_mm_per_ms;  ///< converged, or as the region's parameters set it; 0: none
+  double width_along_mm, width_across_mm;    ///< of the front: amplitude over steepest slope
+};
+
 struct Plan {
   std::vector<PlannedModule> modules;
+  ActivationMethod activation = ActivationMethod::monodomain;  ///< never automatic
+  std::string activation_reason;
+  std::vector<PlannedConduction> conduction;
   std::array<int, 3> cells;  ///< grid extents that hold every member
   std::array<double, 3> origin_mm;
   std::size_t tissue_cells = 0, segments = 0;  ///< of the scene's own values
@@ -96,6 +108,10 @@ class Simulation {
   /// as Outcome::timeout. Throws only for what is wrong with the device (cl::Error); what is wrong with a
   /// member is its outcome.
   std::vector<Recording> run(std::span<const Member> members, double timeout_s);
+
+  /// Shows `observer` (solver/observer.hpp) the first member of every batch from now on; results stay the
+  /// same.
+  void observe(Observer observer);
 
   std::vector<KernelPerformance> performance() const;
   double simulated_ms() const;  ///< summed over members

@@ -34,7 +34,8 @@ std::vector<double> stimulus_block(const Scene& scene, std::span<const double> v
         break;
       }
     }
-    s.resize(stimulus_numbers, 0.0);
+    s.resize(stimulus_numbers - 1, 0.0);
+    s.push_back(value("s2_interval_ms"));
     block.insert(block.end(), s.begin(), s.end());
   }
   return block;
@@ -44,16 +45,44 @@ bool stimulus_on(std::span<const double> block, double time, double dt) {
   for (size_t first = 0; first + stimulus_numbers <= block.size(); first += stimulus_numbers) {
     const double start = block[first], duration = block[first + 1], period = block[first + 2];
     const auto overlaps = [&](double pulse) { return pulse < time + dt && pulse + duration > time; };
+    const double pulses = period > 0 ? std::floor(block[first + 3]) : 1;
+    const double s2_interval = block[first + 12];
+    if (s2_interval > 0 && overlaps(start + (pulses - 1) * period + s2_interval)) return true;
     if (period <= 0) {
       if (overlaps(start)) return true;
       continue;
     }
-    const double latest =
-        std::clamp(std::floor((time + dt - start) / period), 0.0, std::floor(block[first + 3]) - 1);
+    const double latest = std::clamp(std::floor((time + dt - start) / period), 0.0, pulses - 1);
     for (double pulse = latest; pulse >= 0 && start + pulse * period + duration > time; --pulse)
       if (overlaps(start + pulse * period)) return true;
   }
   return false;
+}
+
+std::vector<std::string> stimulus_warnings(const Scene& scene, std::span<const double> values) {
+  const auto value = [&](const std::string& path) {
+    return values[static_cast<size_t>(scene.parameters.index(path))];
+  };
+  const double end = value("time.end_ms");
+  std::vector<std::string> warnings;
+  for (const Stimulus& stimulus : scene.stimuli) {
+    const auto own = [&](const char* name) { return value("stimuli." + stimulus.name + "." + name); };
+    const auto warn = [&](const char* what) {
+      warnings.push_back("stimulus \"" + stimulus.name + "\" " + what);
+    };
+    const double start = own("start_ms"), period = own("period_ms"), pulses = std::floor(own("count"));
+    const double last = start + (period > 0 ? (pulses - 1) * period : 0) + own("s2_interval_ms");
+    if (start >= end)
+      warn("never fires: start_ms is not before time.end_ms");
+    else if (last >= end)
+      warn("does not fire to its last pulse, which would start at time.end_ms or later");
+    if (own("amplitude_mV_per_ms") == 0) warn("does nothing: amplitude_mV_per_ms is 0");
+    if (period <= 0 && pulses > 1) warn("fires once: count without period_ms is no train");
+    if (period > 0 && pulses < 2) warn("fires once: period_ms without count is no train");
+    if (period > 0 && pulses > 1 && own("duration_ms") > period)
+      warn("overlaps itself: duration_ms is longer than period_ms");
+  }
+  return warnings;
 }
 
 }  // namespace cohort

@@ -60,14 +60,16 @@ Grid make_grid(const Scene& scene, std::span<const Member> members) {
 
 Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   Definitions result;
-  const RegionParameters regions = region_parameters(scene, read_cell_model(scene.cell_model));
-  std::string excitable = "{", slot = "constant int region_slot[] = {";
+  const RegionParameters regions = region_parameters(scene);
+  std::string excitable = "{", slot = "constant int region_slot[] = {",
+              bath = "constant int bath_parameter[] = {";
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     excitable += scene.regions[r].excitable ? "1," : "0,";
     slot += std::to_string(regions.slot[r]) + ",";
+    bath += std::to_string(regions.bath[r]) + ",";
   }
-  result.generated =
-      parameter_macros(scene.parameters) + slot + "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
+  result.generated = parameter_macros(scene.parameters) + slot + "};\n" + bath +
+                     "};\n#define EXCITABLE_TABLE " + excitable + "}\n";
   const auto define = [&](const std::string& name, int value) {
     result.options.push_back(name + "=" + std::to_string(value));
   };
@@ -79,13 +81,12 @@ Definitions scene_definitions(const Scene& scene, const Grid& grid) {
   define("REGION_FIRST", regions.first);
   define("REGION_STRIDE", regions.stride);
   define("REGION_SLOTS", regions.slots);
-  define("REGION_CELL_OFFSET", regions.cell_offset);
-  define("CELL_FIRST", regions.cell_first);
+  define("REGION_VELOCITY_OFFSET", regions.velocity_offset);
   if (scene.precision == Precision::double_) result.options.push_back("DOUBLE");
   return result;
 }
 
-Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members)
+Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members, Holds holds)
     : launcher_(launcher),
       device_(launcher.device()),
       precision_(scene.precision),
@@ -95,6 +96,12 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
     throw std::runtime_error("a batch of " + std::to_string(members) + " members on " +
                              std::to_string(grid.size()) + " cells is larger than 2^31 cells");
   Definitions definitions = scene_definitions(scene, grid);
+  if (holds == Holds::conductors) {
+    definitions.generated += "#undef EXCITABLE_TABLE\n#define EXCITABLE_TABLE {";
+    for (const Region& part : scene.regions)
+      definitions.generated += part.excitable || part.bath ? "1," : "0,";
+    definitions.generated += "}\n";
+  }
   std::vector<std::string> files = geometry_files(scene);
   files.insert(files.end(), {"segments.clh", "tissue.cl"});
   const bool labels = scene.geometry == GeometryKind::labels;
@@ -273,6 +280,17 @@ void Tissue::build_coordinates(const cl::Buffer& parameters) {
   launcher_(coordinate_field_, cl::NDRange(n), cl::NDRange(group),
             static_cast<double>(n) * (1 + 4.0 * static_cast<double>(real)), parameters,
             grid_.origin_and_spacing(), first_cell, member_of, region, coordinates, stride);
+}
+
+std::optional<std::size_t> Tissue::cell_at(const std::array<std::int64_t, 3>& cell, std::size_t m) const {
+  const auto& [nx, ny, nz] = grid_.cells;
+  const auto& [x, y, z] = cell;
+  if (x < 0 || y < 0 || z < 0 || x >= nx || y >= ny || z >= nz) return {};
+  const std::int64_t place_in_grid = x + nx * (y + ny * (z + nz * static_cast<std::int64_t>(m)));
+  const auto i = static_cast<std::size_t>(places[static_cast<std::size_t>(place_in_grid / lanes)]) * lanes +
+                 static_cast<std::size_t>(place_in_grid % lanes);
+  if (regions[i] == 255) return {};
+  return i;
 }
 
 std::array<double, 3> Tissue::centre(std::size_t place_in_fields) const {

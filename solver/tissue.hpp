@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,7 +45,12 @@ class Tissue {
   /// kernel anew for each group size that it chooses itself.
   static constexpr std::size_t group = 64;
 
-  Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members);
+  /// Which regions it is made of: those that are excitable, or what conducts in the bidomain equations, these
+  /// and the bath.
+  enum class Holds { excitable, conductors };
+
+  Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int members,
+         Holds holds = Holds::excitable);
 
   /// Evaluates the geometry of `members` members, whose blocks stand in `parameters` (members, table size),
   /// and fills everything below. Throws std::runtime_error where device memory does not suffice.
@@ -75,6 +81,8 @@ class Tissue {
   cl::Buffer coordinates;
 
   const Grid& grid() const { return grid_; }
+  /// Place in the compact fields of a grid cell of member m; nothing where it is no tissue.
+  std::optional<std::size_t> cell_at(const std::array<std::int64_t, 3>& cell, std::size_t m) const;
   /// Centre of the tissue cell at a place of the compact fields, mm.
   std::array<double, 3> centre(std::size_t place_in_fields) const;
   /// Device bytes for `members` members with `stride` compact cells in all.

@@ -13,6 +13,8 @@ constexpr double tolerance = 1e-6;   // |b - A x| / |b| aimed at
 constexpr double acceptable = 1e-4;  // single precision may stop short of the aim, never here
 constexpr int window = 4 * 4 * 4;    // cells of an electrode
 constexpr int electrodes = static_cast<int>(electrode_names.size());
+/// Where ellipsoids overlap, the first owns the place.
+constexpr const char* inclusion_names[] = {"heart", "left_lung", "right_lung"};
 
 /// Sizes of a torso that is not unbounded.
 struct Sizes {
@@ -77,17 +79,38 @@ void declare_torso(ParameterTable& table, TorsoKind kind) {
     table.add({"torso.lower_mm", "mm", -250, -800, -40, "height of the lower end", notes});
     table.add({"torso.upper_mm", "mm", 200, 40, 800, "height of the upper end", notes});
   }
+  if (kind != TorsoKind::unbounded) {
+    const Point centres[] = {{29, -33, -3}, {85, 0, 5}, {-85, 0, 5}},
+                semi_axes[] = {{45, 45, 45}, {45, 70, 110}, {45, 70, 110}};
+    for (std::size_t n = 0; n < std::size(inclusion_names); ++n) {
+      const std::string path = std::string("torso.inclusions.") + inclusion_names[n] + ".";
+      table.add({path + "conductivity_ratio", "1", 1, 1e-3, 1e3,
+                 "conductivity of an ellipsoid over the torso's; 1 for none", "none: homogeneous"});
+      table.add_vector({path + "centre_mm", "mm", 0, -800, 800, "its centre", notes}, centres[n][0],
+                       centres[n][1], centres[n][2]);
+      table.add_vector({path + "semi_axes_mm", "mm", 0, 1, 800, "its semi-axis", notes}, semi_axes[n][0],
+                       semi_axes[n][1], semi_axes[n][2]);
+    }
+  }
   if (kind == TorsoKind::cylinder)
     table.add({"torso.exponent", "1", 2.5, 1.5, 20,
                "of the cross-section |x/a|^n + |y/b|^n < 1; 2: an ellipse", notes});
 
-  table.add({"torso.heart.azimuth_deg", "deg", 38, -180, 180, "apex: angle from left to the front", notes});
-  table.add({"torso.heart.elevation_deg", "deg", 30, -89, 89, "apex: angle below the horizontal", notes});
-  table.add({"torso.heart.roll_deg", "deg", 19, -180, 180,
+  table.add({"torso.heart.azimuth_deg", "deg", 52, -180, 180, "apex: angle from left to the front", notes});
+  table.add({"torso.heart.elevation_deg", "deg", 33, -89, 89, "apex: angle below the horizontal", notes});
+  table.add({"torso.heart.roll_deg", "deg", -8, -180, 180,
              "about the long axis: anterior wall from above to the front, right ventricle down", notes});
   table.add_vector({"torso.heart.point_mm", "mm", 0, -200, 200,
-                    "point of the heart's frame that is put at position_mm", notes},
+                    "point of the heart's frame, at scale 1, that is put at position_mm", notes},
                    10, 0, -36);
+  // A longer heart reaches as much further to both sides.
+  const char* length = "geometry.heart.lv_length_mm";
+  if (table.find(length) >= 0) {
+    Parameter& depth = table[table.index("torso.heart.point_mm.z")];
+    depth.value = inherited;
+    depth.inherits = length;
+    depth.inherits_factor = -0.4;
+  }
   table.add_vector(
       {"torso.heart.position_mm", "mm", 0, -400, 400, "where in the torso: left, posterior, superior", notes},
       29, -33, -3);
@@ -130,7 +153,10 @@ Pose heart_pose(const ParameterTable& table, const std::vector<double>& values) 
     pose.rotation[3 * i + 1] = sr * septum[i] + cr * anterior[i];
     pose.rotation[3 * i + 2] = base[i];
   }
-  const Point turned = pose(vector_value(table, values, "torso.heart.point_mm"));
+  Point point = vector_value(table, values, "torso.heart.point_mm");
+  if (const int scale = table.find("geometry.heart.scale"); scale >= 0)
+    for (double& x : point) x *= values[static_cast<std::size_t>(scale)];
+  const Point turned = pose(point);
   const Point position = vector_value(table, values, "torso.heart.position_mm");
   for (std::size_t i = 0; i < 3; ++i) pose.translation_mm[i] = position[i] - turned[i];
   return pose;
@@ -146,10 +172,11 @@ std::array<Point, 9> electrode_places(TorsoKind kind, const ParameterTable& tabl
   return places;
 }
 
-Torso::Torso(Device& device, const Scene& scene)
+Torso::Torso(Device& device, const Scene& scene, int fields)
     : device_(device),
       kind_(scene.torso),
       double_(scene.precision == Precision::double_),
+      count_(fields),
       table_(scene.parameters) {
   table_.index("torso.conductivity_mS_per_mm");
   for (int i = 0; i < table_.size(); ++i) {
@@ -194,6 +221,12 @@ bool Torso::holds(std::span<const Point> places_mm, const std::vector<double>& v
   });
 }
 
+std::size_t Torso::cells(const std::vector<double>& values) const {
+  const std::array<int, 3> extent = box(values).cells;
+  return static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
+         static_cast<std::size_t>(extent[2]);
+}
+
 std::size_t Torso::bytes(const std::vector<double>& values) const {
   if (kind_ == TorsoKind::unbounded) return 64;
   const Box grid = box(values);
@@ -203,8 +236,9 @@ std::size_t Torso::bytes(const std::vector<double>& values) const {
     padded *= static_cast<std::size_t>(n) + 2;
     corners *= static_cast<std::size_t>(n) + 1;
   }
-  return EllipticSolver::bytes(grid.cells, electrodes, double_) +
-         real * (2 * electrodes * padded + corners + electrodes * window) + 3 * electrodes * sizeof(cl_int);
+  const auto count = static_cast<std::size_t>(count_);
+  return EllipticSolver::bytes(grid.cells, count_, double_) +
+         real * (2 * count * padded + corners + electrodes * window) + 3 * electrodes * sizeof(cl_int);
 }
 
 const LeadFields& Torso::fields(const std::vector<double>& values) {
@@ -222,15 +256,23 @@ const LeadFields& Torso::fields(const std::vector<double>& values) {
   return fields_;
 }
 
-void Torso::solve(const std::vector<double>& values) {
+void Torso::set_up(const std::vector<double>& values) {
+  if (kind_ == TorsoKind::unbounded)
+    throw std::invalid_argument("an unbounded torso has no grid to solve on");
+  std::vector<double> key;
+  for (const int i : key_parameters_) key.push_back(values[static_cast<std::size_t>(i)]);
+  if (key == set_up_key_) return;
+  set_up_key_.clear();
   const Box grid = box(values);
   const std::size_t real = double_ ? sizeof(double) : sizeof(float);
   if (!solver_ || solver_->cells() != grid.cells) {
     solver_.reset();
-    solver_ = std::make_unique<EllipticSolver>(device_, grid.cells, electrodes, double_);
+    solver_ = std::make_unique<EllipticSolver>(device_, grid.cells, count_, double_);
     const std::size_t field = solver_->field_cells();
-    source_ = device_.allocate(electrodes * field * real);
-    fields_.potential = device_.allocate(electrodes * field * real);
+    if (count_ == electrodes) {
+      source_ = device_.allocate(electrodes * field * real);
+      fields_.potential = device_.allocate(electrodes * field * real);
+    }
     std::size_t corners = 1;
     for (const int n : grid.cells) corners *= static_cast<std::size_t>(n) + 1;
     level_ = device_.allocate(corners * real);
@@ -244,10 +286,16 @@ void Torso::solve(const std::vector<double>& values) {
   fields_.dx_mm = grid.dx;
   fields_.electrodes_mm = electrode_places(kind_, table_, values);
   if (double_)
-    enqueue_sources<double>(values, grid);
+    enqueue_conductances<double>(values, grid);
   else
-    enqueue_sources<float>(values, grid);
+    enqueue_conductances<float>(values, grid);
+  set_up_key_ = key;
+}
 
+void Torso::solve(const std::vector<double>& values) {
+  set_up_key_.clear();  // the set-up writes the sources too
+  set_up(values);
+  const Box grid = box(values);
   const EllipticResult result = solver_->solve(source_, fields_.potential, tolerance);
   ++solves_;
   fields_.iterations = result.iterations;
@@ -267,9 +315,26 @@ void Torso::solve(const std::vector<double>& values) {
                   static_cast<std::size_t>(fields_.extent[2] * electrodes)));
 }
 
-/// Conductances, coarse levels and the nine right-hand sides.
+/// Ellipsoids of another conductivity, from the first on: centre and semi-axes in cells of the buffer, and
+/// the ratio of their conductivity to the torso's; none whose ratio is one.
+std::vector<double> Torso::inclusions(const std::vector<double>& values, const Box& grid) const {
+  std::vector<double> result;
+  for (const char* name : inclusion_names) {
+    const std::string path = std::string("torso.inclusions.") + name + ".";
+    const double ratio = values[static_cast<std::size_t>(table_.index(path + "conductivity_ratio"))];
+    if (ratio == 1) continue;
+    const Point centre = vector_value(table_, values, path + "centre_mm"),
+                semi_axes = vector_value(table_, values, path + "semi_axes_mm");
+    for (std::size_t i = 0; i < 3; ++i) result.push_back((centre[i] - fields_.origin_mm[i]) / grid.dx);
+    for (std::size_t i = 0; i < 3; ++i) result.push_back(semi_axes[i] / grid.dx);
+    result.push_back(ratio);
+  }
+  return result;
+}
+
+/// Conductances, coarse levels, the electrodes' weights and, for nine fields, their right-hand sides.
 template <typename Real>
-void Torso::enqueue_sources(const std::vector<double>& values, const Box& grid) {
+void Torso::enqueue_conductances(const std::vector<double>& values, const Box& grid) {
   cl::CommandQueue& queue = device_.queue();
   const auto range = [&](int more) {
     return cl::NDRange(static_cast<std::size_t>(grid.cells[0] + more),
@@ -293,7 +358,6 @@ void Torso::enqueue_sources(const std::vector<double>& values, const Box& grid) 
   conductance.setArg(4, level_);
   conductance.setArg(5, solver_->conductance());
   queue.enqueueNDRangeKernel(conductance, cl::NullRange, range(0));
-  solver_->prepare();
 
   std::vector<Real> places;  // in cells of the buffer
   for (const Point& place : fields_.electrodes_mm)
@@ -301,14 +365,32 @@ void Torso::enqueue_sources(const std::vector<double>& values, const Box& grid) 
       places.push_back(static_cast<Real>((place[i] - fields_.origin_mm[i]) / grid.dx));
   cl::Buffer place(device_.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, places.size() * sizeof(Real),
                    places.data());
-  queue.enqueueFillBuffer(source_, cl_uchar{0}, 0, electrodes * solver_->field_cells() * sizeof(Real));
+  const bool inject = count_ == electrodes;
+  if (inject)
+    queue.enqueueFillBuffer(source_, cl_uchar{0}, 0, electrodes * solver_->field_cells() * sizeof(Real));
   currents.setArg(3, static_cast<Real>(grid.dx));
   currents.setArg(4, solver_->conductance());
   currents.setArg(5, place);
-  currents.setArg(6, source_);
+  currents.setArg(6, inject ? source_ : weights_);
   currents.setArg(7, weights_);
   currents.setArg(8, windows_);
+  currents.setArg(9, cl_int{inject});
   queue.enqueueNDRangeKernel(currents, cl::NullRange, cl::NDRange(electrodes));
+
+  const std::vector<double> ellipsoids = inclusions(values, grid);
+  if (!ellipsoids.empty()) {
+    std::vector<Real> numbers(ellipsoids.begin(), ellipsoids.end());
+    const cl::Buffer buffer(device_.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                            numbers.size() * sizeof(Real), numbers.data());
+    cl::Kernel include(program_, "torso_inclusions");
+    for (cl_uint i = 0; i < 3; ++i) include.setArg(i, grid.cells[i]);
+    include.setArg(3, static_cast<cl_int>(numbers.size() / 7));
+    include.setArg(4, buffer);
+    include.setArg(5, solver_->conductance());
+    queue.enqueueNDRangeKernel(include, cl::NullRange, range(0));
+    queue.finish();  // the buffer is ours
+  }
+  solver_->prepare();
 }
 
 std::vector<double> Torso::block(const std::vector<double>& values) {

@@ -59,7 +59,14 @@ struct LeadFields {
 class Torso {
  public:
   /// Compiles; allocates at the first solve. Throws std::out_of_range when the scene declared no torso.
-  Torso(Device& device, const Scene& scene);
+  /// `fields`: right-hand sides of its solver; nine for fields(), else one's own.
+  Torso(Device& device, const Scene& scene, int fields = static_cast<int>(electrode_names.size()));
+
+  /// The member's grid, conductances and electrodes, ready to solve on, without the lead fields. Throws as
+  /// fields(), and std::invalid_argument for an unbounded torso.
+  void set_up(const std::vector<double>& values);
+  /// Geometry of the grid set up last; `potential` is that of the last fields().
+  const LeadFields& grid() const { return fields_; }
 
   /// The lead fields of a member: nine elliptic solves, or those of the last call when none of the parameters
   /// that they depend on has changed (all of torso.* but the heart's pose and the conductivity, which scales
@@ -74,13 +81,16 @@ class Torso {
   /// Whether all places, in the torso's frame, lie inside the torso of these values.
   bool holds(std::span<const Point> places_mm, const std::vector<double>& values) const;
 
+  /// Cells of the grid of these values.
+  std::size_t cells(const std::vector<double>& values) const;
   /// Device memory that fields(values) will take, in bytes; allocates nothing.
   std::size_t bytes(const std::vector<double>& values) const;
   /// Definitions (-D) that lead_field.clh needs.
   std::vector<std::string> definitions() const;
 
   int solves() const { return solves_; }  ///< how often fields() had to solve
-  /// The solver with this torso's conductances (for 1 mS/mm), after fields(). Not for `unbounded`.
+  /// The solver with this torso's conductances (for 1 mS/mm), after fields() or set_up(). Not for
+  /// `unbounded`.
   EllipticSolver& solver() { return *solver_; }
   /// Moving least squares weights that inject and read at the electrodes, (9, 4, 4, 4) real over cells (z, y,
   /// x), and the first cell (x, y, z) of each window in the buffer, (9, 3) int.
@@ -97,14 +107,16 @@ class Torso {
   Box box(const std::vector<double>& values) const;
   void solve(const std::vector<double>& values);
   template <typename Real>
-  void enqueue_sources(const std::vector<double>& values, const Box& grid);
+  void enqueue_conductances(const std::vector<double>& values, const Box& grid);
+  std::vector<double> inclusions(const std::vector<double>& values, const Box& grid) const;
 
   Device& device_;
   TorsoKind kind_;
   bool double_;
+  int count_;
   ParameterTable table_;
   std::vector<int> key_parameters_;
-  std::vector<double> key_;
+  std::vector<double> key_, set_up_key_;
   cl::Program program_;
   std::unique_ptr<EllipticSolver> solver_;
   cl::Buffer source_, weights_, windows_, level_;

@@ -23,34 +23,58 @@ inline Device& device() {
   return *first;
 }
 
-/// A box of tissue with the parts of the monodomain solver on it, for tests that look inside.
+/// Tissue with the parts of the monodomain solver on it, for tests that look inside: a box unless a scene is
+/// given.
 struct Slab {
   /// size in mm, from the origin. set: changes to the parameters' values, by path.
   Slab(std::array<double, 3> size_mm, double dx_mm, Precision precision, const std::string& cell_model,
-       const std::vector<std::pair<std::string, double>>& set) {
-    scene.geometry = GeometryKind::box;
-    scene.cell_model = cell_model;
-    scene.precision = precision;
+       const std::vector<std::pair<std::string, double>>& set, const std::vector<Stimulus>& stimuli = {},
+       ActivationMethod method = ActivationMethod::automatic)
+      : Slab(box(cell_model, precision, stimuli, method), with_size(size_mm, dx_mm, set)) {}
+
+  /// A scene whose structure is set; its parameters are declared here.
+  Slab(Scene structure, const std::vector<std::pair<std::string, double>>& set)
+      : scene(std::move(structure)) {
     declare_parameters(scene);
-    const char* axes[] = {".x", ".y", ".z"};
-    for (size_t a = 0; a < 3; ++a) put(std::string("geometry.box.size_mm") + axes[a], size_mm[a]);
-    put("grid.dx_mm", dx_mm);
     for (const auto& [path, value] : set) put(path, value);
     member.values = scene.parameters.values();
     scene.parameters.resolve(member.values);
     const std::span<const Member> one(&member, 1);
     grid = make_grid(scene, one);
     definitions = scene_definitions(scene, grid);
-    launcher = std::make_unique<Launcher>(device(), precision);
+    launcher = std::make_unique<Launcher>(device(), scene.precision);
     tissue = std::make_unique<Tissue>(*launcher, scene, grid, 1);
     diffusion = std::make_unique<Diffusion>(*launcher, scene, definitions);
     monodomain = std::make_unique<Monodomain>(*launcher, scene, definitions, 1);
-    const std::vector<std::byte> packed = pack(member.values, precision);
+    const std::vector<std::byte> packed = pack(member.values, scene.precision);
     parameters = device().allocate(packed.size());
     launcher->queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     tissue->build(parameters, 1);
     tissue->build_fibres(parameters);
+    if (!scene.heterogeneity.parameters.empty()) tissue->build_coordinates(parameters);
     monodomain->assemble(*tissue, *diffusion, parameters, one);
+  }
+
+  static Scene box(const std::string& cell_model, Precision precision,
+                   const std::vector<Stimulus>& stimuli = {},
+                   ActivationMethod method = ActivationMethod::automatic) {
+    Scene result;
+    result.activation_method = method;
+    result.geometry = GeometryKind::box;
+    result.cell_model = cell_model;
+    result.precision = precision;
+    result.stimuli = stimuli;
+    return result;
+  }
+  static std::vector<std::pair<std::string, double>> with_size(
+      const std::array<double, 3>& size_mm, double dx_mm,
+      const std::vector<std::pair<std::string, double>>& set) {
+    std::vector<std::pair<std::string, double>> result = {{"geometry.box.size_mm.x", size_mm[0]},
+                                                          {"geometry.box.size_mm.y", size_mm[1]},
+                                                          {"geometry.box.size_mm.z", size_mm[2]},
+                                                          {"grid.dx_mm", dx_mm}};
+    result.insert(result.end(), set.begin(), set.end());
+    return result;
   }
 
   void put(const std::string& path, double value) {

@@ -12,7 +12,13 @@ import h5py
 import numpy
 
 COARSE = ["grid.dx_mm=6", "time.end_ms=20", "campaign.members=2"]
-OTHERWISE = {"slab": ["grid.dx_mm=1", "time.end_ms=5"]}  # 3 mm thick
+OTHERWISE = {
+    "slab": ["grid.dx_mm=1", "time.end_ms=5"],  # 3 mm thick
+    "bidomain": ["grid.dx_mm=1", "time.end_ms=5"],
+    "niederer": ["grid.dx_mm=1", "time.end_ms=5"],
+    "reentry": ["grid.dx_mm=2"],
+    "restitution": ["grid.dx_mm=0.5"],
+}
 DONE = 3
 
 

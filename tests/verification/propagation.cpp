@@ -128,6 +128,20 @@ TEST(Stimulus, OverlappingPulsesAddUp) {
       exact, 1e-4 * exact);
 }
 
+TEST(Stimulus, S2FollowsTheLastPulse) {
+  const std::vector<std::pair<std::string, double>> train = {
+      {"start_ms", 1}, {"duration_ms", 2},        {"period_ms", 10},
+      {"count", 3},    {"s2_interval_ms", 7.513}, {"amplitude_mV_per_ms", 5}};
+  // Pulses at 1, 11, 21 and 28.513 ms, of 10 mV each.
+  EXPECT_NEAR(lifted(train, 28.5, 0.05), 3 * 10, 1e-3);
+  EXPECT_NEAR(lifted(train, 29.5, 0.05), 3 * 10 + 5 * (29.5 - 28.513), 1e-3);
+  EXPECT_NEAR(lifted(train, 60, 0.05), 4 * 10, 1e-3);
+  // Without a train it follows the one pulse, whatever `count` says.
+  EXPECT_NEAR(lifted({{"duration_ms", 2}, {"count", 4}, {"s2_interval_ms", 20}, {"amplitude_mV_per_ms", 5}},
+                     60, 0.05),
+              2 * 10, 1e-3);
+}
+
 TEST(Stimulus, KeepsItsLengthLate) {
   constexpr double exact = 20 * 2;
   EXPECT_NEAR(lifted({{"start_ms", 99990}, {"duration_ms", 2}, {"amplitude_mV_per_ms", 20}}, 100000, 0.05),

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "solver/eikonal.hpp"
+#include "solver/precision.hpp"
+#include "solver/scene.hpp"
+#include "solver/simulation.hpp"
+
+namespace cohort {
+
+/// The early sites of a normal heart, by name: left septum, anterior, inferior and lateral; right septum and
+/// free wall.
+std::vector<ConductionSystem::EarlySite> default_early_sites();
+
+/// Declares electrophysiology.conduction_system.*, where the scene has one: times of the sinoatrial and
+/// atrioventricular nodes, speed and extent of the fast layer, place and time of each early site.
+void declare_conduction_system(Scene& scene);
+
+/// Number of the graph that each region belongs to for Eikonal: atria and ventricles apart, unless the
+/// conduction path joins them or there is no conduction system.
+std::vector<std::uint8_t> activation_graphs(const Scene& scene);
+
+/// The conduction system of a batch on the device (kernels/conduction_system.cl): the fast layer as a sheet
+/// of cells that straddle the endocardium, and the cells where waves start.
+class ConductionNetwork {
+ public:
+  ConductionNetwork(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                    int members_per_batch);
+
+  /// Marks the sheet and finds the sites of `members`, whose blocks stand in `parameters`. The tissue's
+  /// coordinates must have been built. Reads one number for each site from the device.
+  void assemble(const Tissue& tissue, const cl::Buffer& parameters, std::span<const Member> members);
+
+  Eikonal::Sheet sheet() const { return {sheet_id_, sheet_speed_}; }
+  /// Of all members; the sites that found no cell are left out.
+  const std::vector<Eikonal::Source>& sources() const { return sources_; }
+  /// By member: what found no cell, empty where all did.
+  const std::vector<std::string>& missing() const { return missing_; }
+
+  static std::size_t bytes(std::int64_t stride, Precision precision) {
+    return static_cast<std::size_t>(stride) * (1 + real_bytes(precision));
+  }
+
+ private:
+  struct Target;
+  std::vector<Target> targets(std::span<const double> values) const;
+
+  Launcher& launcher_;
+  const Scene& scene_;
+  int members_per_batch_, targets_, capacity_ = 0;
+  cl::Buffer sheet_id_, sheet_speed_, target_block_, cells_, member_range_;
+  std::vector<Eikonal::Source> sources_;
+  std::vector<std::string> missing_;
+  Launcher::Handle sheet_kernel_, nearest_;
+};
+
+}  // namespace cohort

@@ -1,0 +1,209 @@
+#include "solver/eikonal.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "solver/precision.hpp"
+
+namespace cohort {
+
+namespace {
+
+constexpr int most_sweeps = 100'000;
+
+}  // namespace
+
+Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                 std::vector<std::uint8_t> graph_of_region)
+    : launcher_(launcher),
+      precision_(scene.precision),
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
+  Device& device = launcher.device();
+  std::vector<std::string> options = definitions.options;
+  options.push_back("WIDTH=" + std::to_string(width_));
+  const cl::Program program = device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated);
+  link_ = launcher.handle(program, "eikonal_link");
+  metric_kernel_ = launcher.handle(program, "eikonal_metric");
+  start_kernel_ = launcher.handle(program, "eikonal_start");
+  trigger_kernel_ = launcher.handle(program, "eikonal_trigger");
+  fire_ = launcher.handle(program, "eikonal_fire");
+  sweep_ = launcher.handle(program, "eikonal_sweep");
+  second_differences_ = launcher.handle(program, "eikonal_second_differences");
+  correction_kernel_ = launcher.handle(program, "eikonal_correction");
+  slow_ = launcher.handle(program, "eikonal_slow");
+  options.push_back("SHEET");
+  sheet_sweep_ = launcher.handle(device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated),
+                                 "eikonal_sweep");
+
+  graph_of_region.resize(255, 0);
+  graph_of_region_ = device.allocate(graph_of_region.size());
+  launcher.queue().enqueueWriteBuffer(graph_of_region_, CL_TRUE, 0, graph_of_region.size(),
+                                      graph_of_region.data());
+  last_change_ = device.allocate(sizeof(int));
+}
+
+std::size_t Eikonal::bytes(std::int64_t stride, Precision precision) {
+  return static_cast<std::size_t>(stride) * (15 * real_bytes(precision) + 3 * sizeof(int));
+}
+
+void Eikonal::reserve(const Tissue& tissue) {
+  if (tissue.stride <= capacity_) return;
+  Device& device = launcher_.device();
+  capacity_ = tissue.stride + tissue.stride / 16;
+  const auto cells = static_cast<std::size_t>(capacity_);
+  const std::size_t real = real_bytes(precision_);
+  for (cl::Buffer& buffer : arrival_) buffer = device.allocate(cells * real);
+  for (cl::Buffer& buffer : changed_) buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int));
+  metric_ = device.allocate(6 * cells * real);
+  second_ = device.allocate(6 * cells * real);
+  correction_ = device.allocate(cells * real);
+  linked_ = device.allocate(cells * sizeof(int));
+  in_sheet_ = device.allocate(cells * sizeof(int));
+}
+
+// Sources by cell, so that one work-item sees all that a cell has.
+void Eikonal::upload_sources(std::span<const Source> sources) {
+  sources_ = static_cast<int>(sources.size());
+  source_cells_ = 0;
+  if (sources.empty()) return;
+  std::vector<Source> sorted(sources.begin(), sources.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Source& a, const Source& b) { return a.cell < b.cell; });
+  std::vector<int> triggers, cells, first;
+  std::vector<double> starts;
+  for (const Source& source : sorted) {
+    if (cells.empty() || cells.back() != source.cell) {
+      cells.push_back(source.cell);
+      first.push_back(static_cast<int>(triggers.size()));
+    }
+    triggers.push_back(source.trigger);
+    starts.push_back(source.start_ms);
+  }
+  source_cells_ = static_cast<int>(cells.size());
+  first.push_back(sources_);
+  if (sources_ > source_capacity_) {
+    Device& device = launcher_.device();
+    source_capacity_ = 2 * sources_;
+    const auto n = static_cast<std::size_t>(source_capacity_);
+    trigger_ = device.allocate(n * sizeof(int));
+    source_cell_ = device.allocate(n * sizeof(int));
+    first_source_ = device.allocate((n + 1) * sizeof(int));
+    start_ = device.allocate(n * real_bytes(precision_));
+    fired_ = device.allocate(n * real_bytes(precision_));
+  }
+  cl::CommandQueue& queue = launcher_.queue();
+  const std::vector<std::byte> packed = pack(starts, precision_);
+  queue.enqueueWriteBuffer(trigger_, CL_TRUE, 0, triggers.size() * sizeof(int), triggers.data());
+  queue.enqueueWriteBuffer(source_cell_, CL_TRUE, 0, cells.size() * sizeof(int), cells.data());
+  queue.enqueueWriteBuffer(first_source_, CL_TRUE, 0, first.size() * sizeof(int), first.data());
+  queue.enqueueWriteBuffer(start_, CL_TRUE, 0, packed.size(), packed.data());
+}
+
+void Eikonal::fire(const Tissue& tissue, int mark) {
+  launcher_(trigger_kernel_, cl::NDRange(static_cast<size_t>(sources_)), cl::NDRange(1), 0, trigger_, start_,
+            arrival_[current_], fired_);
+  launcher_(fire_, cl::NDRange(static_cast<size_t>(source_cells_)), cl::NDRange(1), 0, source_cell_,
+            first_source_, fired_, tissue.region, arrival_[current_], arrival_[1 - current_],
+            changed_[mark % 2], mark, last_change_);
+}
+
+void Eikonal::sweep(const Tissue& tissue, int number) {
+  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
+  const double dx = tissue.grid().dx_mm;
+  launcher_(with_sheet_ ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
+            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
+            // Least traffic: nothing has changed.
+            static_cast<double>(cells) / Tissue::lanes * (sizeof(cl_int8) + sizeof(int)), arrival_[current_],
+            arrival_[1 - current_], metric_, linked_, in_sheet_, with_sheet_ ? sheet_speed_ : metric_,
+            tissue.neighbours, changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_,
+            number, Real{dx}, tissue.stride);
+  current_ = 1 - current_;
+}
+
+void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet,
+                    const cl::Buffer* initial, std::span<const Source> sources) {
+  reserve(tissue);
+  upload_sources(sources);
+  triggered_ = std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.trigger >= 0; });
+  with_sheet_ = sheet != nullptr;
+  if (with_sheet_) {
+    sheet_id_ = sheet->id;
+    sheet_speed_ = sheet->speed;
+  }
+  with_initial_ = initial != nullptr;
+  if (with_initial_) initial_ = *initial;
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  const double cells = static_cast<double>(n);
+  const cl::NDRange global(n), local(Tissue::group);
+  cl::CommandQueue& queue = launcher_.queue();
+
+  launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
+            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, linked_, in_sheet_,
+            static_cast<int>(tissue.places.size()) * Tissue::lanes);
+  speed_ = speed;
+  build_metric(tissue);
+  queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));
+  sweeps_ = 0;
+  propagate(tissue);
+  correct(tissue);
+  propagate(tissue);
+}
+
+void Eikonal::build_metric(const Tissue& tissue) {
+  launcher_(metric_kernel_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
+            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
+            tissue.fibre, speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+}
+
+void Eikonal::slow(const Tissue& tissue, const cl::Buffer& slowness) {
+  build_metric(tissue);
+  launcher_(slow_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
+            13.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), slowness,
+            metric_, tissue.stride);
+  correct(tissue);
+  propagate(tissue);
+}
+
+// How late linear interpolation makes the solution: what the next one leaves out.
+void Eikonal::correct(const Tissue& tissue) {
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  const double bytes = 8.0 * static_cast<double>(n * real_bytes(precision_));
+  const cl::NDRange global(n), local(Tissue::group);
+  const int grid_cells = static_cast<int>(tissue.places.size()) * Tissue::lanes;
+  launcher_(second_differences_, global, local, bytes, tissue.first_cell, tissue.place, arrival_[current_],
+            linked_, second_, tissue.stride, grid_cells);
+  launcher_(correction_kernel_, global, local, 2 * bytes, tissue.first_cell, tissue.place, arrival_[current_],
+            metric_, linked_, in_sheet_, with_sheet_ ? 1 : 0, second_, correction_, tissue.stride,
+            grid_cells);
+}
+
+void Eikonal::propagate(const Tissue& tissue) {
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  cl::CommandQueue& queue = launcher_.queue();
+  constexpr int first_mark = 1;
+  for (const cl::Buffer& buffer : changed_)
+    queue.enqueueFillBuffer(buffer, cl_int{0}, 0, n / Tissue::lanes * sizeof(int));
+  queue.enqueueFillBuffer(last_change_, cl_int{0}, 0, sizeof(int));
+  current_ = 0;
+  launcher_(start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            3 * static_cast<double>(n * real_bytes(precision_)), with_initial_ ? initial_ : metric_,
+            with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1], changed_[first_mark % 2],
+            first_mark);
+  if (sources_ > 0) fire(tissue, first_mark);
+
+  // A few more sweeps than needed cost less than asking after each one.
+  const int sweeps_to_a_look = launcher_.device().info().gpu ? 16 : 8;
+  int number = first_mark + 1;
+  for (bool moving = true; moving;) {
+    const int first = number;
+    if (triggered_ && first > first_mark + 1) fire(tissue, first - 1);
+    for (int k = 0; k < sweeps_to_a_look; ++k, ++number) sweep(tissue, number);
+    int last_change = 0;
+    queue.enqueueReadBuffer(last_change_, CL_TRUE, 0, sizeof last_change, &last_change);
+    moving = triggered_ ? last_change >= first : last_change >= number - 1;
+    if (number > most_sweeps) throw std::runtime_error("the eikonal solver does not come to rest");
+  }
+  sweeps_ += number - first_mark - 1;
+}
+
+}  // namespace cohort

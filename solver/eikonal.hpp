@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "solver/tissue.hpp"
+
+namespace cohort {
+
+/// Arrival times of an activation front on the tissue of a batch: sqrt(grad T . M grad T) = 1 with the
+/// squared velocity M = v_l^2 f f^T + v_t^2 (I - f f^T), f the tissue's fibre (kernels/eikonal.cl).
+class Eikonal {
+ public:
+  /// What T holds where no wave comes; also in cells without tissue.
+  static constexpr double unreached_ms = 1e9;
+
+  /// Where a wave starts. Cells are places of the compact fields (they know their member). With a trigger the
+  /// wave starts start_ms after its arrival at that cell, and never where it does not come there; triggers
+  /// may follow on triggers, but not in a circle.
+  struct Source {
+    int cell;
+    double start_ms;
+    int trigger = -1;
+  };
+  /// A fast layer: id (stride) uchar, 0 outside; speed (stride) real mm/ms, isotropic, between cells of one
+  /// id alone.
+  struct Sheet {
+    const cl::Buffer& id;
+    const cl::Buffer& speed;
+  };
+
+  /// graph_of_region: waves pass between cells of regions with one number alone (atria and ventricles that
+  /// touch); empty: all are one graph.
+  Eikonal(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+          std::vector<std::uint8_t> graph_of_region = {});
+
+  /// Solves for arrival(). speed (2, stride) real, along and across fibres, mm/ms; a cell with a speed that
+  /// is not positive conducts nothing. initial (stride) real, ms: cells below unreached_ms start a wave, in
+  /// addition to `sources`; sheet and initial may be null. The tissue's fibres must have been built. Reads
+  /// one number from the device every few sweeps.
+  void solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet, const cl::Buffer* initial,
+             std::span<const Source> sources);
+
+  /// Solves once more, for sqrt(grad T . M grad T) = slowness (stride, real), with the sources and sheet of
+  /// the last solve(); sheets keep their speed.
+  void slow(const Tissue& tissue, const cl::Buffer& slowness);
+
+  /// (stride) real, ms.
+  const cl::Buffer& arrival() const { return arrival_[current_]; }
+  /// Sweeps that the last solution took.
+  int sweeps() const { return sweeps_; }
+
+  /// Device bytes for `stride` compact cells.
+  static std::size_t bytes(std::int64_t stride, Precision precision);
+
+ private:
+  void reserve(const Tissue& tissue);
+  void upload_sources(std::span<const Source> sources);
+  void fire(const Tissue& tissue, int mark);
+  void sweep(const Tissue& tissue, int number);
+  void propagate(const Tissue& tissue);
+  void build_metric(const Tissue& tissue);
+  void correct(const Tissue& tissue);
+
+  Launcher& launcher_;
+  Precision precision_;
+  int width_;
+  int capacity_ = 0, source_capacity_ = 0;
+  int current_ = 0, sweeps_ = 0;
+  int sources_ = 0, source_cells_ = 0;
+  bool triggered_ = false, with_sheet_ = false, with_initial_ = false;
+  cl::Buffer sheet_id_, sheet_speed_, initial_, speed_;  ///< of the last solve()
+  cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, second_, correction_,
+      last_change_;
+  cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;
+  Launcher::Handle link_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_, sheet_sweep_,
+      second_differences_, correction_kernel_, slow_;
+};
+
+}  // namespace cohort

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "solver/conduction_system.hpp"
+
+namespace cohort {
+
+/// Activation by arrival times alone: regions' velocities, the conduction system's layer and sites.
+class EikonalActivation {
+ public:
+  EikonalActivation(Launcher& launcher, const Scene& scene, const Definitions& definitions,
+                    int members_per_batch);
+
+  /// Arrival times of `members`, whose blocks stand in `parameters`. The tissue's fibres and coordinates must
+  /// have been built.
+  void assemble(const Tissue& tissue, const cl::Buffer& parameters, std::span<const Member> members);
+  const cl::Buffer& arrival() const { return eikonal_.arrival(); }
+  /// (stride) float as other methods record them, -1 where no wave comes before end_ms; read back.
+  std::vector<float> activation(const Tissue& tissue, double end_ms);
+  const ConductionNetwork& network() const { return network_; }
+  /// Why member m cannot be activated; empty when it can.
+  const std::string& defect(std::size_t m) const { return network_.missing()[m]; }
+
+  /// Why this method cannot activate the scene; empty when it can.
+  static std::string refusal(const Scene& scene);
+  static std::size_t bytes(std::int64_t stride, Precision precision);
+
+ private:
+  Launcher& launcher_;
+  Precision precision_;
+  ConductionNetwork network_;
+  Eikonal eikonal_;
+  int capacity_ = 0;
+  cl::Buffer speed_, activation_;
+  Launcher::Handle speeds_, recorded_;
+};
+
+}  // namespace cohort
