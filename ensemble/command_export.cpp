@@ -1,5 +1,6 @@
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "ensemble/choose_device.hpp"
@@ -7,6 +8,7 @@
 #include "ensemble/config.hpp"
 #include "ensemble/exports.hpp"
 #include "ensemble/members.hpp"
+#include "solver/export_labels.hpp"
 
 namespace cohort {
 
@@ -14,8 +16,19 @@ namespace {
 
 void check_kinds(const std::vector<std::string>& kinds) {
   for (const std::string& kind : kinds)
-    if (kind != "vtk")
-      throw std::runtime_error(fmt::format("--export {}: unknown; vtk writes the fields of a member", kind));
+    if (kind != "vtk" && !is_nifti_name(kind))
+      throw std::runtime_error(
+          fmt::format("--export {}: unknown; vtk writes the fields of a member, a name that "
+                      "ends in .nii or .nii.gz its heart as labels",
+                      kind));
+}
+
+void export_labels(const std::string& file, Device& device, const Campaign& campaign, const Member& member,
+                   double spacing_mm) {
+  const LabelImage image = label_image(device, campaign.scene, member, spacing_mm);
+  write_label_image(file, image);
+  spdlog::info("{}: {} x {} x {} labels of {:.4g} mm, member {}", file, image.cells[0], image.cells[1],
+               image.cells[2], image.spacing_mm()[0], member.id);
 }
 
 }  // namespace
@@ -33,11 +46,14 @@ ExitCode command_export(const CampaignOptions& options) {
 
   share_cores({});
   Device device(choose_device(options.device, {}));
+  for (const std::string& kind : options.exports)
+    if (is_nifti_name(kind)) export_labels(kind, device, campaign, member, options.export_spacing_mm);
+  if (std::find(options.exports.begin(), options.exports.end(), "vtk") == options.exports.end())
+    return ExitCode::done;
   PlanOptions plan_options;
   plan_options.members_per_device = 1;
   const Plan plan = make_plan(device, campaign.scene, {&member, 1}, plan_options);
-  for (const std::string& kind : options.exports)
-    if (kind == "vtk") export_vtk({campaign, member, device, plan}, options.export_every_ms);
+  export_vtk({campaign, member, device, plan}, options.export_every_ms);
   return ExitCode::done;
 }
 

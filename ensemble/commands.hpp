@@ -20,9 +20,10 @@ struct CampaignOptions {
   std::vector<std::string> overrides;  ///< "key=value" of each --set, in order
   std::string store;                   ///< --store, or empty
   std::string device;                  ///< --device, or empty
-  std::vector<std::string> exports;    ///< each --export, in order
+  std::vector<std::string> exports;    ///< each --export, in order: what to write of one member
   std::int64_t export_member = 0;      ///< --member
   double export_every_ms = 10;         ///< --export-every
+  double export_spacing_mm = 0;        ///< --export-spacing; 0: half of grid.dx_mm
 };
 
 // One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad

@@ -113,7 +113,7 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
   }
 
   const size_t before = mistakes.size();
-  read_structure(scene, outputs, campaign.scene, mistakes);
+  read_structure(scene, outputs, file, campaign.scene, mistakes);
   const bool sound = mistakes.size() == before;
   std::string points;
   if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)

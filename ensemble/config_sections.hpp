@@ -16,8 +16,12 @@ void refuse_set(Node* scene, Node* outputs, const std::string& path, const std::
                 Mistakes& mistakes);
 
 /// Reads the structure below `scene` and `outputs` into the fields of `scene`; numbers are left for
-/// read_parameters. Either node may be null.
-void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes& mistakes);
+/// read_parameters. Either node may be null. `file`: the campaign file, to which relative paths relate.
+void read_structure(Node* scene_node, Node* outputs_node, const std::string& file, Scene& scene,
+                    Mistakes& mistakes);
+
+/// Reads the label map that `geometry` names, and what its values mean, into scene.labels.
+void read_labels(Node& geometry, const std::string& file, Scene& scene, Mistakes& mistakes);
 
 /// The part of read_structure for `electrophysiology`; needs the structure of the geometry.
 void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mistakes);

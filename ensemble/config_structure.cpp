@@ -174,14 +174,8 @@ void read_shapes(Node& geometry, Scene& scene, Mistakes& mistakes) {
   }
 }
 
-void read_geometry(Node& geometry, Scene& scene, Mistakes& mistakes) {
-  const std::vector<std::string> kinds = {"heart", "box", "shapes"};
-  if (Node* labels = geometry.find("labels")) {
-    geometry.known.insert("labels");
-    labels->read = true;
-    mistakes.add(labels->place, "geometry.labels is known but not built yet");
-    if (!geometry.find("heart") && !geometry.find("box") && !geometry.find("shapes")) return;
-  }
+void read_geometry(Node& geometry, const std::string& file, Scene& scene, Mistakes& mistakes) {
+  const std::vector<std::string> kinds = {"heart", "box", "shapes", "labels"};
   const Node::Entry* kind = exactly_one(geometry, kinds, mistakes);
   if (!kind) {
     geometry.read = true;
@@ -192,6 +186,11 @@ void read_geometry(Node& geometry, Scene& scene, Mistakes& mistakes) {
   if (kind->key == "shapes") {
     scene.geometry = GeometryKind::shapes;
     read_shapes(geometry, scene, mistakes);
+  }
+  if (kind->key == "labels") {
+    scene.geometry = GeometryKind::labels;
+    read_labels(geometry, file, scene, mistakes);
+    if (!scene.labels) geometry.read = true;  // its numbers depend on what is wrong
   }
 }
 
@@ -284,10 +283,11 @@ void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
 
 }  // namespace
 
-void read_structure(Node* scene_node, Node* outputs_node, Scene& scene, Mistakes& mistakes) {
+void read_structure(Node* scene_node, Node* outputs_node, const std::string& file, Scene& scene,
+                    Mistakes& mistakes) {
   if (scene_node) {
     if (Node* geometry = require_map(*scene_node, "geometry", mistakes))
-      read_geometry(*geometry, scene, mistakes);
+      read_geometry(*geometry, file, scene, mistakes);
     if (Node* precision = take(*scene_node, "precision"))
       scene.precision =
           read_word<Precision>(*precision, {{"single", Precision::single_}, {"double", Precision::double_}},

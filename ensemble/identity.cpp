@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "solver/labels.hpp"
+
 // Enumerators are written as words, so that a new one in their midst leaves the identity of stores as it is.
 namespace cohort {
 
@@ -26,12 +28,18 @@ std::string list(const std::vector<double>& values) {
 }
 
 std::string geometry(const Scene& scene) {
-  std::string text = fmt::format("geometry {}\n", word(scene.geometry, {"box", "shapes", "heart"}));
+  std::string text = fmt::format("geometry {}\n", word(scene.geometry, {"box", "shapes", "heart", "labels"}));
   for (const Shape& shape : scene.shapes)
     text += fmt::format("shape {} {} [{}]\n", shape.name,
                         word(shape.kind, {"box", "ellipsoid", "cylinder", "cone", "capsule", "half_space",
                                           "union", "intersection", "subtract", "smooth_union", "shell"}),
                         fmt::join(shape.operands, " "));
+  if (scene.labels) {
+    const LabelHeart& heart = *scene.labels;
+    text += fmt::format("labels sha256 {} convention \"{}\" frame {}\n", heart.sha256, heart.convention,
+                        word(heart.frame, {"image", "heart"}));
+    for (const auto& [value, meaning] : heart.table) text += fmt::format("label {} {}\n", value, meaning);
+  }
   for (const Region& region : scene.regions)
     text += fmt::format("region {} shape \"{}\" {} fibres {}\n", region.name, region.shape,
                         region.excitable ? "excitable"

@@ -50,7 +50,8 @@ int main(int argc, char** argv) {
   CLI::Option* exported =
       run->add_option(
              "--export", options.exports,
-             "instead of the campaign, simulate one member and write it: vtk, its fields for ParaView")
+             "instead of running the campaign, write one member: vtk, its fields for ParaView; FILE.nii or "
+             "FILE.nii.gz, its heart as a map of labels; repeatable")
           ->expected(1)
           ->take_all();
   run->add_option("--member", options.export_member, "the member that --export writes; 0 unless given")
@@ -59,6 +60,10 @@ int main(int argc, char** argv) {
                   "ms between the potentials of --export vtk; 0: activation only")
       ->needs(exported)
       ->check(CLI::NonNegativeNumber);
+  run->add_option("--export-spacing", options.export_spacing_mm,
+                  "mm, edge of an exported label; half of grid.dx_mm unless given")
+      ->needs(exported)
+      ->check(CLI::Range(0.01, 20.0));
   run->callback([&] {
     chosen = [&] { return options.exports.empty() ? command_run(options) : command_export(options); };
   });

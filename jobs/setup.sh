@@ -7,7 +7,7 @@ packages=(
   g++ cmake ninja-build
   ocl-icd-opencl-dev opencl-clhpp-headers pocl-opencl-icd
   libopenmpi-dev openmpi-bin
-  libhdf5-dev zlib1g-dev libyaml-cpp-dev libspdlog-dev libcli11-dev libgtest-dev
+  libhdf5-dev zlib1g-dev libnifti-dev libyaml-cpp-dev libspdlog-dev libcli11-dev libgtest-dev
   python3-h5py python3-numpy python3-scipy python3-matplotlib
 )
 

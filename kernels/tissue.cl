@@ -5,6 +5,7 @@
 #error "tissue.cl needs PARAMETERS and EXCITABLE_TABLE"
 #endif
 
+#ifndef LABEL_FIBRES  // of a label map the cells are given, and labels.cl has the rest
 constant uchar excitable[] = EXCITABLE_TABLE;
 
 // Pass 1. region and fraction of every cell of the grid. Fields (members, NZ, NY, NX).
@@ -21,6 +22,7 @@ kernel void classify_cells(global const real *restrict parameters, const real4 o
   region[cell] = active ? (uchar)r : (uchar)NO_REGION;
   fraction[cell] = active ? (float)share : 0.0f;
 }
+#endif
 
 // Pass 2. Vertices (members, NZ + 1, NY + 1, NX + 1): 0 outside, 1 inside, 2 on the surface; a vertex is on the surface
 // when some, but not all, of the eight cells around it are tissue.
@@ -74,6 +76,7 @@ kernel void link_segments(global const int *restrict first_cell, global const in
   neighbours[s] = n;
 }
 
+#ifndef LABEL_FIBRES
 // Fibre directions at the centres of tissue cells: (3, stride). Zero where the rule gives none.
 kernel void fibre_field(global const real *restrict parameters, const real4 origin_and_spacing,
                         global const int *restrict first_cell, global const ushort *restrict member_of,
@@ -107,3 +110,4 @@ kernel void coordinate_field(global const real *restrict parameters, const real4
   coordinates[i + 2 * (size_t)stride] = c.z;
   coordinates[i + 3 * (size_t)stride] = c.w;
 }
+#endif

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "solver/geometry_kinds.hpp"
+#include "solver/labels.hpp"
 
 namespace cohort {
 
@@ -57,6 +58,9 @@ void declare_geometry(Scene& scene) {
     case GeometryKind::shapes:
       declare_shapes(scene);
       break;
+    case GeometryKind::labels:
+      declare_labels(scene);
+      break;
   }
   declare_fibres(scene);
 }
@@ -69,6 +73,8 @@ std::vector<std::string> geometry_files(const Scene& scene) {
       return {"signed_distance.clh", "fibres.clh", "geometry_heart.clh"};
     case GeometryKind::shapes:
       return {"signed_distance.clh", "fibres.clh", "geometry_shapes.clh"};
+    case GeometryKind::labels:
+      return {"signed_distance.clh", "fibres.clh"};
   }
   throw std::logic_error("unknown geometry");
 }
@@ -78,6 +84,12 @@ std::string geometry_source(const Scene& scene) {
   for (size_t i = 0; i < scene.regions.size(); ++i)
     source += "#define REGION_" + scene.regions[i].name + " " + std::to_string(i) + "\n";
   if (scene.geometry == GeometryKind::shapes) source += shapes_source(scene);
+  if (scene.geometry == GeometryKind::labels) {
+    source += "#define LABEL_FIBRES {";
+    for (const Region& region : scene.regions)
+      source += std::to_string(static_cast<int>(label_fibres(*scene.labels, region.name))) + ",";
+    source += "}\n";
+  }
   return source;
 }
 
@@ -91,12 +103,15 @@ Extent geometry_extent(const Scene& scene, std::span<const double> values) {
       return heart_extent(scene.parameters, values);
     case GeometryKind::shapes:
       return shapes_extent(scene, values);
+    case GeometryKind::labels:
+      return labels_extent(scene);
   }
   throw std::logic_error("unknown geometry");
 }
 
 std::vector<std::string> stimulus_sites(GeometryKind geometry) {
-  if (geometry == GeometryKind::heart) return {"sinoatrial_node", "av_node", "his_bundle"};
+  if (geometry == GeometryKind::heart || geometry == GeometryKind::labels)
+    return {"sinoatrial_node", "av_node", "his_bundle"};
   return {};
 }
 
@@ -108,6 +123,7 @@ Sphere site(const Scene& scene, const std::string& name, std::span<const double>
     throw std::invalid_argument("no stimulus site \"" + name +
                                 "\"; there are: " + (known.empty() ? "none" : known));
   }
+  if (scene.geometry == GeometryKind::labels) return labels_site(scene, name);
   return heart_site(scene.parameters, name, values);
 }
 

@@ -30,6 +30,7 @@ void declare_geometry(Scene& scene);
 ///   int   tissue_region(real3 p, real h, global const real *P, real *fraction);
 ///   real3 fibre_direction(real3 p, int region, global const real *P);
 ///   real4 tissue_coordinates(real3 p, int region, global const real *P);
+/// (for a label map, whose cells are read and not computed, only what kernels/tissue.cl needs of them),
 /// and for the heart  int cavity_region(real3 p, real h, global const real *P, real *fraction).
 /// They are documented in kernels/geometry_heart.clh. The program also needs parameter_macros() and
 /// geometry_source().

@@ -16,6 +16,12 @@ void declare_shapes(Scene& scene);
 Extent shapes_extent(const Scene& scene, std::span<const double> values);
 std::string shapes_source(const Scene& scene);
 
+void declare_labels(Scene& scene);
+Extent labels_extent(const Scene& scene);
+Sphere labels_site(const Scene& scene, const std::string& name);
+/// Value of geometry.grown.<name>, 0 where the label map has no use for it.
+double label_size(const Scene& scene, const std::string& name);
+
 /// Smallest box that holds both.
 Extent hull(const Extent& a, const Extent& b);
 

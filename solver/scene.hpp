@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,7 +10,9 @@
 
 namespace cohort {
 
-enum class GeometryKind { box, shapes, heart };
+class LabelHeart;
+
+enum class GeometryKind { box, shapes, heart, labels };
 enum class TorsoKind { box, ellipsoid, cylinder, unbounded };
 enum class Precision { single_, double_ };
 /// How the tissue is activated: the monodomain or bidomain equations; arrival times of an eikonal equation
@@ -91,7 +94,8 @@ struct ActivationRequest {          ///< activation times by region and at probe
 struct Scene {
   GeometryKind geometry = GeometryKind::heart;
   std::vector<Shape> shapes;                      ///< geometry `shapes`
-  std::vector<Region> regions;                    ///< filled by declare_parameters for `heart` and `box`
+  std::shared_ptr<const LabelHeart> labels;       ///< geometry `labels`: the map and what its values mean
+  std::vector<Region> regions;                    ///< filled by declare_parameters, but for `shapes`
   std::string cell_model = "mitchell_schaeffer";  ///< a file of kernels/cells
   std::map<std::string, std::string>
       region_cell_models;  ///< by name of a region: the model that it has instead
@@ -122,7 +126,7 @@ void declare_parameters(Scene& scene);
 /// Names of the cell models there are, from kernels/cells.
 std::vector<std::string> cell_models();
 
-/// Named stimulus sites of a geometry ("sinoatrial_node" for the heart; none otherwise).
+/// Named stimulus sites of a geometry ("sinoatrial_node" for the heart and for label maps; none otherwise).
 std::vector<std::string> stimulus_sites(GeometryKind geometry);
 
 }  // namespace cohort

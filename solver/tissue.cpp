@@ -6,6 +6,7 @@
 
 #include "solver/electrophysiology.hpp"
 #include "solver/geometry.hpp"
+#include "solver/labels.hpp"
 #include "solver/parameter_block.hpp"
 #include "solver/precision.hpp"
 
@@ -103,15 +104,20 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
   }
   std::vector<std::string> files = geometry_files(scene);
   files.insert(files.end(), {"segments.clh", "tissue.cl"});
+  const bool labels = scene.geometry == GeometryKind::labels;
+  if (labels) {
+    files.push_back("labels.cl");
+    labels_ = label_cells(scene);
+  }
   const cl::Program program =
       device_.build(files, definitions.options, definitions.generated + geometry_source(scene));
-  classify_ = launcher.handle(program, "classify_cells");
+  if (!labels) classify_ = launcher.handle(program, "classify_cells");
   classify_vertices_ = launcher.handle(program, "classify_vertices");
   flag_segments_ = launcher.handle(program, "flag_segments");
   gather_ = launcher.handle(program, "gather_cells");
   link_ = launcher.handle(program, "link_segments");
-  fibre_field_ = launcher.handle(program, "fibre_field");
-  coordinate_field_ = launcher.handle(program, "coordinate_field");
+  fibre_field_ = launcher.handle(program, labels ? "label_fibres" : "fibre_field");
+  coordinate_field_ = launcher.handle(program, labels ? "label_coordinates" : "coordinate_field");
 
   const auto cells = static_cast<std::size_t>(grid.size()) * static_cast<std::size_t>(members);
   grid_region_ = device_.allocate(cells);
@@ -175,9 +181,12 @@ void Tissue::build(const cl::Buffer& parameters, int members) {
   const auto& [nx, ny, nz] = grid_.cells;
   cl::CommandQueue& queue = launcher_.queue();
   const auto cells = static_cast<std::size_t>(grid_.size()) * static_cast<std::size_t>(members);
-  launcher_(classify_, cl::NDRange(nx, ny, static_cast<size_t>(nz) * static_cast<size_t>(members)),
-            device_.info().gpu ? cl::NullRange : cl::NDRange(lanes, 1, 1), 5.0 * static_cast<double>(cells),
-            parameters, grid_.origin_and_spacing(), grid_region_, grid_fraction_);
+  if (labels_)
+    upload_labels(members);
+  else
+    launcher_(classify_, cl::NDRange(nx, ny, static_cast<size_t>(nz) * static_cast<size_t>(members)),
+              device_.info().gpu ? cl::NullRange : cl::NDRange(lanes, 1, 1), 5.0 * static_cast<double>(cells),
+              parameters, grid_.origin_and_spacing(), grid_region_, grid_fraction_);
   launcher_(flag_segments_, cl::NDRange(cells / lanes), cl::NullRange, 1.125 * static_cast<double>(cells),
             grid_region_, flag_);
   std::vector<std::uint8_t> flags(cells / lanes);
@@ -210,9 +219,47 @@ void Tissue::build(const cl::Buffer& parameters, int members) {
   }
 }
 
+// Cells of a label map stay as they are from batch to batch; only more members ask for more copies.
+void Tissue::upload_labels(int members) {
+  const auto cells = static_cast<std::size_t>(grid_.size());
+  if (labels_->grid.cells != grid_.cells || labels_->grid.origin_mm != grid_.origin_mm)
+    throw std::logic_error("a label map was sampled on another grid");
+  for (; label_members_ < members; ++label_members_) {
+    const auto first = static_cast<std::size_t>(label_members_) * cells;
+    launcher_.queue().enqueueWriteBuffer(grid_region_, CL_TRUE, first, cells, labels_->region.data());
+    launcher_.queue().enqueueWriteBuffer(grid_fraction_, CL_TRUE, first * sizeof(float),
+                                         cells * sizeof(float), labels_->fraction.data());
+  }
+}
+
+// Tables by place in member 0's compact fields.
+void Tissue::build_label_tables() {
+  if (label_direction_() != nullptr) return;
+  const auto member = static_cast<std::size_t>(first_cell_place + first_block[1] * block_cells);
+  std::vector<float> direction(4 * member, 0.0f), position(4 * member, 0.0f);
+  for (std::size_t t = 0; t < labels_->tissue.size(); ++t) {
+    const auto cell = static_cast<std::size_t>(labels_->tissue[t]);
+    const std::size_t at = static_cast<std::size_t>(places[cell / lanes]) * lanes + cell % lanes;
+    for (std::size_t k = 0; k < 4; ++k) {
+      direction[4 * at + k] = labels_->direction[4 * t + k];
+      position[4 * at + k] = labels_->coordinates[4 * t + k];
+    }
+  }
+  label_direction_ = device_.allocate(direction.size() * sizeof(float));
+  label_coordinates_ = device_.allocate(position.size() * sizeof(float));
+  upload(launcher_.queue(), label_direction_, direction);
+  upload(launcher_.queue(), label_coordinates_, position);
+}
+
 void Tissue::build_fibres(const cl::Buffer& parameters) {
   const auto n = static_cast<std::size_t>(stride);
   const double bytes = static_cast<double>(n) * (1 + 3.0 * static_cast<double>(real_bytes(precision_)));
+  if (labels_) {
+    build_label_tables();
+    launcher_(fibre_field_, cl::NDRange(n), cl::NDRange(group), bytes, parameters, first_cell, place,
+              member_of, region, label_direction_, fibre, stride);
+    return;
+  }
   launcher_(fibre_field_, cl::NDRange(n), cl::NDRange(group), bytes, parameters, grid_.origin_and_spacing(),
             first_cell, member_of, region, fibre, stride);
 }
@@ -222,6 +269,13 @@ void Tissue::build_coordinates(const cl::Buffer& parameters) {
   if (stride > coordinates_stride_) {
     coordinates_stride_ = capacity_stride_;
     coordinates = device_.allocate(4 * static_cast<std::size_t>(coordinates_stride_) * real);
+  }
+  if (labels_) {
+    build_label_tables();
+    launcher_(coordinate_field_, cl::NDRange(n), cl::NDRange(group),
+              static_cast<double>(n) * (17 + 4.0 * static_cast<double>(real)), first_cell, place, region,
+              label_coordinates_, coordinates, stride);
+    return;
   }
   launcher_(coordinate_field_, cl::NDRange(n), cl::NDRange(group),
             static_cast<double>(n) * (1 + 4.0 * static_cast<double>(real)), parameters,

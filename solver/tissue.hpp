@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,8 @@
 #include "solver/scene.hpp"
 
 namespace cohort {
+
+struct LabelCells;
 
 /// The grid that holds the members of a campaign: cells (nx, ny, nz), nx a multiple of 8, faces on multiples
 /// of dx.
@@ -87,12 +90,17 @@ class Tissue {
 
  private:
   void compact(const std::vector<std::uint8_t>& flags, int members);
+  void upload_labels(int members);
+  void build_label_tables();
 
   Launcher& launcher_;
   Device& device_;
   Precision precision_;
   Grid grid_;
   cl::Buffer grid_region_, grid_fraction_, flag_;
+  std::shared_ptr<const LabelCells> labels_;  // geometry `labels`: its cells, the same for all members
+  cl::Buffer label_direction_, label_coordinates_;
+  int label_members_ = 0;
   int capacity_members_ = 0, capacity_stride_ = 0, coordinates_stride_ = 0;
   Launcher::Handle classify_, classify_vertices_, flag_segments_, gather_, link_, fibre_field_,
       coordinate_field_;

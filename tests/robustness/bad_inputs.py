@@ -4,9 +4,11 @@
 Usage: bad_inputs.py COHORT SOURCE_DIR [KILL_AT_CALL]: the library gives write errors. Needs an OpenCL device. Prints one line for each case; exits 1 if one fails.
 """
 
+import gzip
 import os
 import pathlib
 import stat
+import struct
 import subprocess
 import sys
 import tempfile
@@ -124,6 +126,48 @@ def command_line(folder):
            "--set:2: grid.dx_mm is 0 mm")
 
 
+LABELS = """scene:
+  geometry: {labels: %s, convention: cohort}
+  grid: {dx_mm: 6}
+  time: {end_ms: 5}
+outputs: {activation: {}}
+"""
+
+
+def label_maps(folder):
+    """A heart is written as labels, read and run; what is wrong with such a file is told before a store is made."""
+    heart = write(folder, "heart.yaml", (SMALL % 1).replace("{box: {size_mm: [6, 4, 4]}}", "{heart: {lv_radius_mm: 25}}").replace("dx_mm: 1", "dx_mm: 6"))
+    expect("a heart as labels", cohort(folder, "run", heart, "--export", "map.nii.gz", "--export-spacing", "2"), 0, "map.nii.gz: ")
+    assert not (folder / "small.h5").exists(), "--export ran the campaign"
+    expect("an export of no known kind", cohort(folder, "run", heart, "--export", "map.txt"), 1, "--export map.txt")
+    expect("a member that is not there", cohort(folder, "run", heart, "--export", "a.nii", "--member", "7"), 1, "--member 7")
+    expect("an export into no folder", cohort(folder, "run", heart, "--export", "nowhere/a.nii"), 1, "nowhere/a.nii: cannot be written")
+    labels = write(folder, "labels.yaml", LABELS % "map.nii.gz")
+    expect("labels run", cohort(folder, "run", labels), 0)
+    whole = (folder / "map.nii.gz").read_bytes()
+    (folder / "short.nii.gz").write_bytes(whole[:len(whole) // 2])
+    (folder / "text.nii.gz").write_text("no image")
+    header = bytearray(gzip.decompress(whole))
+    header[108:112] = struct.pack("<f", -1.0)
+    (folder / "offset.nii").write_bytes(header)
+    header = bytearray(gzip.decompress(whole))
+    header[280:284] = struct.pack("<f", float("nan"))
+    (folder / "nan.nii").write_bytes(header)
+    header = bytearray(gzip.decompress(whole))
+    header[-1] = 99
+    (folder / "unknown.nii").write_bytes(header)
+    for name, message in (("short.nii.gz", "cut short or damaged"), ("text.nii.gz", "no NIfTI-1 file"), ("offset.nii", "begins its voxels"),
+                          ("nan.nii", "its sform holds nan"), ("unknown.nii", "99 (1 voxels)")):
+        result = cohort(folder, "run", write(folder, "wrong.yaml", LABELS % name), "--store", "wrong.h5")
+        expect(f"labels: {name}", result, 1, name + ": ", message)
+        if result.stderr.count("wrong.yaml:") != 1 or (folder / "wrong.h5").exists():
+            expect(f"labels: {name}: one message, no store", result, None)
+    # Another image under the same name is another campaign.
+    (folder / "map.nii.gz").rename(folder / "old.nii.gz")
+    expect("a changed image", cohort(folder, "run", heart, "--export", "map.nii.gz", "--export-spacing", "2.5"), 0)
+    expect("the store of another image", cohort(folder, "run", labels), 1, "another campaign")
+
+
 def ranks(folder):
     """All ranks end alike, and the mistake is told once."""
     bad = write(folder, "bad.yaml", (SMALL % 1).replace("dx_mm", "dx_nm"))
@@ -135,7 +179,7 @@ def ranks(folder):
 
 
 with tempfile.TemporaryDirectory() as temporary:
-    for number, group in enumerate((files_for_the_program, stores, a_write_error, devices, command_line, ranks)):
+    for number, group in enumerate((files_for_the_program, stores, a_write_error, devices, command_line, label_maps, ranks)):
         place = pathlib.Path(temporary) / str(number)
         place.mkdir()
         group(place)
