@@ -84,6 +84,8 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
       narrowest = name;
     }
   }
+  if (plan.activation == ActivationMethod::reaction_eikonal && projection_refusal(scene).empty())
+    plan.activation_reason += "; eikonal would give these outputs without a time loop";
   if (plan.activation != ActivationMethod::automatic) return;
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
   // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
@@ -268,9 +270,11 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
 
   const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   if (eikonal) {
-    // Measured with configs/eikonal.yaml: nanoseconds for each tissue cell and ms of a member's series.
-    constexpr double seconds_per_cell_ms = 3e-9;
-    plan.seconds_per_member = seconds_per_cell_ms * static_cast<double>(plan.tissue_cells) * end_ms;
+    // Measured with configs/eikonal.yaml on one CPU core with a triad of 18 GB/s; elsewhere in its
+    // proportion.
+    constexpr double seconds_per_cell = 13e-6, measured_GB_per_s = 18;
+    plan.seconds_per_member = seconds_per_cell * static_cast<double>(plan.tissue_cells) * measured_GB_per_s /
+                              device.triad_GB_per_s();
     return plan;
   }
   tissue.build_fibres(parameters);

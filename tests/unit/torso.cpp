@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tests/verification/lead_samples.hpp"
 
@@ -19,7 +20,9 @@ Scene coarse_scene(TorsoKind kind) {
 
 TEST(Pose, IsARightHandedRotationThatPutsThePoint) {
   const Scene scene = coarse_scene(TorsoKind::cylinder);
-  const Pose pose = heart_pose(scene.parameters, scene.parameters.values());
+  std::vector<double> values = scene.parameters.values();
+  scene.parameters.resolve(values);
+  const Pose pose = heart_pose(scene.parameters, values);
   const auto& m = pose.rotation;
   const double determinant = m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
                              m[2] * (m[3] * m[7] - m[4] * m[6]);
@@ -35,9 +38,23 @@ TEST(Pose, IsARightHandedRotationThatPutsThePoint) {
   // left one.
   EXPECT_GT(-m[2], 0.4);
   EXPECT_LT(-m[5], -0.4);
-  EXPECT_NEAR(-m[8], -0.5, 1e-12);
+  EXPECT_NEAR(-m[8], -std::sin(33 * std::numbers::pi / 180), 1e-12);
   EXPECT_LT(m[0], -0.4);
   EXPECT_LT(m[3], -0.4);
+}
+
+TEST(Pose, ThePointFollowsTheHeartsLengthAndScale) {
+  Scene scene;
+  scene.ecg.emplace();
+  declare_parameters(scene);
+  scene.parameters[scene.parameters.index("geometry.heart.lv_length_mm")].value = 100;
+  scene.parameters[scene.parameters.index("geometry.heart.scale")].value = 0.5;
+  std::vector<double> values = scene.parameters.values();
+  scene.parameters.resolve(values);
+  const Point put = heart_pose(scene.parameters, values)({5, 0, -20});
+  EXPECT_NEAR(put[0], 29, 1e-12);
+  EXPECT_NEAR(put[1], -33, 1e-12);
+  EXPECT_NEAR(put[2], -3, 1e-12);
 }
 
 TEST(Electrodes, LieOnTheSkinWhateverTheSizes) {
