@@ -218,6 +218,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
   choose_activation(device, scene, base, grid.dx_mm, plan);
+  if (forward && plan.activation == ActivationMethod::eikonal)
+    throw std::invalid_argument(
+        "outputs.ecg.method: forward needs potentials, which activation: eikonal does not keep");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
   module("eikonal", eikonal || triggers,
