@@ -259,15 +259,15 @@ inline realv edge(realv best, realv Ta, realv Tb, realv A, realv B, realv C, rea
 #define TRIANGLE(o1, o2, o3, s1, s2, s3, M11, I11, M12, M13, M22, M23, M33)                                          \
   best = triangle(best, AT(s1 * o1), AT(s1 * o1 + s2 * o2), AT(s1 * o1 + s2 * o2 + s3 * o3), M11, I11, s1 * s2 * M12, \
                   s1 * s3 * M13, M22, s2 * s3 * M23, M33);
-#define TRIANGLES(o1, o2, o3, ...)               \
-  TRIANGLE(o1, o2, o3, 1, 1, 1, __VA_ARGS__)     \
-  TRIANGLE(o1, o2, o3, 1, 1, -1, __VA_ARGS__)    \
-  TRIANGLE(o1, o2, o3, 1, -1, 1, __VA_ARGS__)    \
-  TRIANGLE(o1, o2, o3, 1, -1, -1, __VA_ARGS__)   \
-  TRIANGLE(o1, o2, o3, -1, 1, 1, __VA_ARGS__)    \
-  TRIANGLE(o1, o2, o3, -1, 1, -1, __VA_ARGS__)   \
-  TRIANGLE(o1, o2, o3, -1, -1, 1, __VA_ARGS__)   \
-  TRIANGLE(o1, o2, o3, -1, -1, -1, __VA_ARGS__)
+#define TRIANGLES(o1, o2, o3, M11, I11, M12, M13, M22, M23, M33)            \
+  TRIANGLE(o1, o2, o3, 1, 1, 1, M11, I11, M12, M13, M22, M23, M33)          \
+  TRIANGLE(o1, o2, o3, 1, 1, -1, M11, I11, M12, M13, M22, M23, M33)         \
+  TRIANGLE(o1, o2, o3, 1, -1, 1, M11, I11, M12, M13, M22, M23, M33)         \
+  TRIANGLE(o1, o2, o3, 1, -1, -1, M11, I11, M12, M13, M22, M23, M33)        \
+  TRIANGLE(o1, o2, o3, -1, 1, 1, M11, I11, M12, M13, M22, M23, M33)         \
+  TRIANGLE(o1, o2, o3, -1, 1, -1, M11, I11, M12, M13, M22, M23, M33)        \
+  TRIANGLE(o1, o2, o3, -1, -1, 1, M11, I11, M12, M13, M22, M23, M33)        \
+  TRIANGLE(o1, o2, o3, -1, -1, -1, M11, I11, M12, M13, M22, M23, M33)
 // Edges in the plane of axes 1 and 2, from a on axis 1 along axis 2.
 #define EDGES_AB(o1, o2, G11, G12, G22, I22)                                       \
   best = edge(best, AT(o1), AT(o1 + o2), G11, G12, G22, I22);                      \

@@ -12,7 +12,7 @@ import unittest
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COHORT = sys.argv.pop(1)
 COARSE = ["--device", "cpu", "--set", "grid.dx_mm=6"]
-SPACING = {"slab": 1, "niederer": 1, "reentry": 2, "restitution": 0.5}  # mm, where the tissue is too thin for 6 mm
+SPACING = {"slab": 1, "bidomain": 1, "niederer": 1, "reentry": 2, "restitution": 0.5}  # mm, where the tissue is too thin for 6 mm
 FOLDERS = "solver|kernels|ensemble|configs|jobs|tests|analysis"
 
 
