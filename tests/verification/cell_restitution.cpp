@@ -63,8 +63,8 @@ TEST(TenTusscherPanfilov, ParameterSetsAreToldBySlopeOfRestitution) {
     };
     const double published = parameter_sets[k].first, slope = (curve(60) - curve(50)) / 10;
     std::printf(
-        "| ten_tusscher_panfilov, set %.1f | slope of S1-S2 restitution at 55 ms | %.1f | %.2f (at 25 ms up "
-        "to %.2f; APD90 at 1 Hz %.1f ms) |\n",
+        "| ten_tusscher_panfilov, set %.1f | slope of S1-S2 restitution | %.1f | %.2f (APD90 at 1 Hz, ms: "
+        "%.1f) |\n",
         published, published, slope, before);
     EXPECT_NEAR(slope, published, tolerance);
   }
