@@ -392,8 +392,8 @@ std::shared_ptr<const LabelCells> label_cells(const Scene& scene) {
   std::string key = fmt::format("{:.17g}", grid.dx_mm);
   for (const Parameter& p : scene.parameters.all())
     if (p.path.starts_with("geometry.grown.")) key += fmt::format(" {:.17g}", p.value);
-  const std::scoped_lock lock(heart.mutex);
-  if (heart.cells && heart.cells_key == key) return heart.cells;
+  const std::scoped_lock lock(heart.cache.mutex);
+  if (heart.cache.cells && heart.cache.key == key) return heart.cache.cells;
   auto cells = std::make_shared<LabelCells>();
   cells->grid = grid;
   const FineLabels fine = fine_labels(scene, grid, cells->landmarks);
@@ -404,8 +404,8 @@ std::shared_ptr<const LabelCells> label_cells(const Scene& scene) {
   separate(heart, *cells);
   drop_splinters(*cells);
   locate(fine, heart, *cells);
-  heart.cells_key = key;
-  heart.cells = cells;
+  heart.cache.key = key;
+  heart.cache.cells = cells;
   return cells;
 }
 
