@@ -34,12 +34,12 @@ void check_conducts(const Scene& scene) {
   const LabelHeart& heart = *scene.labels;
   for (const char* name : {"lv", "rv", "ra"})
     if (!heart.has(name))
-      throw std::invalid_argument(std::string("electrophysiology.conduction_system: the label map has no ") + name);
+      throw std::invalid_argument(std::string("electrophysiology.conduction_system: the label map has no ") +
+                                  name);
   for (const Part blood : {lv_blood_part, rv_blood_part})
     if (!heart.has_blood(blood))
-      throw std::invalid_argument(
-          std::string("electrophysiology.conduction_system: the label map has no ") +
-          blood_names[blood - lv_blood_part] + ", and so no endocardium");
+      throw std::invalid_argument(std::string("electrophysiology.conduction_system: the label map has no ") +
+                                  blood_names[blood - lv_blood_part] + ", and so no endocardium");
 }
 
 /// Length, mm, of the apico-basal coordinate.

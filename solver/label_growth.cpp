@@ -164,8 +164,8 @@ double distance_to_segment(const Vector& p, const Vector& a, const Vector& b) {
   return std::sqrt(d2);
 }
 
-/// Where the path runs: from the right atrial tissue nearest to the top of the septum, through the plate, down
-/// the septum's middle.
+/// Where the path runs: from the right atrial tissue nearest to the top of the septum, through the plate,
+/// down the septum's middle.
 void find_path(const FineLabels& fine, const LabelHeart& heart, double length, LabelLandmarks& marks) {
   const auto ra = static_cast<Part>(first_region_part + heart.region_index("ra"));
   Mean atrium;
@@ -351,6 +351,10 @@ FineLabels fine_labels(const Scene& scene, const Grid& grid, LabelLandmarks& mar
   FineLabels fine;
   fine.per_cell = fineness(image, voxel_of, grid);
   fine.spacing_mm = grid.dx_mm / fine.per_cell;
+  const auto edges = image.spacing_mm();
+  constexpr double most_per_voxel = 4;
+  fine.per_voxel = static_cast<int>(std::clamp(
+      std::round(*std::min_element(edges.begin(), edges.end()) / fine.spacing_mm), 1.0, most_per_voxel));
   fine.origin_mm = grid.origin_mm;
   for (size_t a = 0; a < 3; ++a) fine.cells[a] = grid.cells[a] * fine.per_cell;
   fine.parts.assign(std::size_t(fine.cells[0]) * size_t(fine.cells[1]) * size_t(fine.cells[2]), no_part);
@@ -381,7 +385,8 @@ FineLabels fine_labels(const Scene& scene, const Grid& grid, LabelLandmarks& mar
   if (heart.grows_ra) walls.push_back({ra_blood_part, region("ra"), atrial});
   if (!walls.empty()) grow(fine, walls);
   if (heart.grows_plate) insulate(fine, heart, std::max(label_size(scene, "av_plate_mm"), grid.dx_mm));
-  const bool path_labelled = std::find(fine.parts.begin(), fine.parts.end(), idle_path_part) != fine.parts.end();
+  const bool path_labelled =
+      std::find(fine.parts.begin(), fine.parts.end(), idle_path_part) != fine.parts.end();
   if (heart.grows_path || (heart.idle_path && !path_labelled)) {
     marks.path_radius = std::max(label_size(scene, "conduction_path_radius_mm"), 0.5 * grid.dx_mm);
     find_path(fine, heart, label_size(scene, "conduction_path_length_mm"), marks);

@@ -153,7 +153,8 @@ std::shared_ptr<const LabelHeart> LabelHeart::without_path() const {
   result->grows_path = false;
   result->regions.erase(result->regions.begin() + path);
   const auto part = static_cast<Part>(first_region_part + path);
-  for (Part& p : result->part_of_label) p = p == part ? idle_path_part : p > part ? static_cast<Part>(p - 1) : p;
+  for (Part& p : result->part_of_label)
+    p = p == part ? idle_path_part : p > part ? static_cast<Part>(p - 1) : p;
   result->measure();
   return result;
 }

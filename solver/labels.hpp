@@ -36,8 +36,8 @@ class LabelHeart {
   LabelHeart(LabelImage image, const std::string& name, const std::string& convention, LabelTable table,
              std::optional<LabelFrame> frame);
 
-  /// The same heart where a delay stands for its conduction path (ConductionSystem::Kind::delay): no region of
-  /// its own, and none is grown.
+  /// The same heart where a delay stands for its conduction path (ConductionSystem::Kind::delay): no region
+  /// of its own, and none is grown.
   std::shared_ptr<const LabelHeart> without_path() const;
 
   const std::shared_ptr<const LabelImage> shared_image;
@@ -102,6 +102,7 @@ struct FineLabels {
   std::array<double, 3> origin_mm{};
   double spacing_mm = 0;
   int per_cell = 1;
+  int per_voxel = 1;  ///< cells to the shortest edge of a voxel, at least one
   std::vector<Part> parts;
 
   std::size_t at(int x, int y, int z) const {
