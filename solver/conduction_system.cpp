@@ -44,7 +44,7 @@ void declare_conduction_system(Scene& scene) {
   if (scene.conduction_system->kind == ConductionSystem::Kind::delay)
     table.add({root + "atrioventricular_delay_ms", "ms", 92, 0, 1000,
                "from the arrival at the atrioventricular node to time 0 of the early sites", tuned});
-  table.add({root + "fast_layer_velocity_mm_per_ms", "mm/ms", 1.65, 0.1, 10,
+  table.add({root + "fast_layer_velocity_mm_per_ms", "mm/ms", 1.5, 0.1, 10,
              "conduction velocity of the subendocardial layer", tuned});
   table.add({root + "lv_fast_layer_height", "1", 0.85, 0, 1.2,
              "apico-basal coordinate up to which the left ventricle has it", tuned});
