@@ -5,7 +5,7 @@
 // (Colli Franzone & Guerri, Math. Biosci. 113 (1993) 145; Keener, J. Math. Biol. 29 (1991) 629)
 //     sqrt(grad T . M grad T) = 1 + div(D grad T),     no flux at the walls,   M = c^2 D with the plane speed c sqrt(D).
 //
-// Needs segments.clh, stimulus.clh and diffusion.clh, and -D PARAMETERS, REGION_SLOTS, region_slot[] (generated).
+// Needs segments.clh, stimulus.clh and diffusion.clh, and -D PARAMETERS, PASSIVE_LIFT_ms, REGION_SLOTS, region_slot[] (generated).
 
 #define UNREACHED R(1e9)
 #define LATENCIES 2  // of a stimulus in a region: from its start until the front leaves it; until its inside is activated
@@ -136,7 +136,7 @@ kernel void trigger_cells(global real *restrict V, global const real *restrict a
   const real period = beats[2 * member], count = beats[2 * member + 1];
   if (!(t[1] > 0)) return;  // nothing lifts this cell so far
   const real length = clamp(arrival[i], fmin(dt, t[1]), t[1]);
-  const real lift = t[0] * (length < t[1] ? mix(R(PASSIVE_LIFT_ms), t[1], length / t[1]) : t[1]);
+  const real lift = t[0] * (length < t[1] ? mix((real)PASSIVE_LIFT_ms, t[1], length / t[1]) : t[1]);
   const real first = time_whole - fmax(arrival[i] - length, R(0.0)) + time_fraction;  // since the first beat's stimulus began
   const real beat = period > 0 ? clamp(floor((first + dt) / period), R(0.0), count - 1) : 0;
   const real since = first - beat * period;
