@@ -240,11 +240,14 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.bytes += runs ? bytes : 0;
   };
   const bool heterogeneous = !scene.heterogeneity.parameters.empty();
-  std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
-                                               "link_segments", "fibre_field"};
+  // Cells of a label map are sampled on the host.
+  const bool labels = scene.geometry == GeometryKind::labels;
+  std::vector<std::string> geometry_kernels = {"flag_segments", "gather_cells", "link_segments",
+                                               labels ? "label_fibres" : "fibre_field"};
+  if (!labels) geometry_kernels.insert(geometry_kernels.begin(), "classify_cells");
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
   if (heterogeneous || scene.conduction_system) {
-    geometry_kernels.emplace_back("coordinate_field");
+    geometry_kernels.emplace_back(labels ? "label_coordinates" : "coordinate_field");
     geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
   }
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
