@@ -105,8 +105,10 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
   beats_ = device.allocate(2 * static_cast<std::size_t>(members_per_batch) * real);
 }
 
-std::size_t ReactionEikonal::bytes(std::int64_t stride, Precision precision) {
-  return Eikonal::bytes(stride, precision) + static_cast<std::size_t>(stride) * 4 * real_bytes(precision);
+std::size_t ReactionEikonal::bytes(const Scene& scene, std::int64_t stride) {
+  const Precision precision = scene.precision;
+  return Eikonal::bytes(stride, precision) + static_cast<std::size_t>(stride) * 4 * real_bytes(precision) +
+         (scene.conduction_system ? ConductionNetwork::bytes(stride, precision) : 0);
 }
 
 void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,
@@ -217,8 +219,9 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
     if (t < Eikonal::unreached_ms) last_ms_ = std::max(last_ms_, t);
   }
   first_ms_ -= lengths.empty() ? 0 : *std::max_element(lengths.begin(), lengths.end());
-  for (size_t m = 0; m < members.size(); ++m)
-    last_ms_ = std::max(last_ms_, last_ms_ + beats[2 * m] * (beats[2 * m + 1] - 1));
+  double train = 0;  // from the first beat to the last, of the member that paces longest
+  for (size_t m = 0; m < members.size(); ++m) train = std::max(train, beats[2 * m] * (beats[2 * m + 1] - 1));
+  last_ms_ += train;
 }
 
 void ReactionEikonal::trigger(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,

@@ -209,6 +209,14 @@ TEST(Config, IdentityIsWhatDeterminesTheResults) {
     EXPECT_NE(parse_campaign(heart, "heart.yaml", {set}).sha256, plain) << set;
 }
 
+TEST(Config, IdentityNamesTheActivationOnce) {
+  const std::string text =
+      canonical_text(parse_campaign(heart, "heart.yaml", {"electrophysiology.activation=reaction_eikonal"}));
+  const std::size_t first = text.find("activation by reaction_eikonal\n");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(text.find("reaction_eikonal", first + 20), std::string::npos);
+}
+
 TEST(Config, IdentityHoldsTheShapes) {
   const std::string text = R"(
 scene:
