@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "ensemble/identity.hpp"
 #include "ensemble/sha256.hpp"
 #include "ensemble/suggest.hpp"
 
