@@ -53,7 +53,7 @@ void read_early_sites(Node& sites, ConductionSystem& system, Mistakes& mistakes)
 
 void read_conduction_system(Node& node, Scene& scene, Mistakes& mistakes) {
   using Kind = ConductionSystem::Kind;
-  if (scene.geometry != GeometryKind::heart) {
+  if (scene.geometry != GeometryKind::heart && scene.geometry != GeometryKind::labels) {
     mistakes.add(node.place, fmt::format("{}: only the heart has one", node.path));
     node.read = true;
     return;

@@ -1,9 +1,10 @@
 // One V-cycle for the operator of elliptic.clh: aggregation of 2x2x2 cells, piecewise constant transfer,
-// coarse conductances rediscretised from the fine faces on each coarse face, red-black Gauss-Seidel.
+// coarse conductances from the fine faces on each coarse face, red-black Gauss-Seidel.
 // Piecewise constant transfer wants the Galerkin operator divided by two (Braess, Computing 55, 379
-// (1995)); half the sum of the four fine conductances is just that, and equals rediscretisation. Two
-// sweeps before (red, black) and two after (black, red) keep the cycle symmetric, as conjugate gradients
-// need (Tatebe, NASA CP-3224, 621 (1993)).
+// (1995)); half the sum of the four fine conductances is just that, and equals rediscretisation. Where a good
+// conductor ends inside a coarse cell half is still too much (coarsen_conductance). Sweeps before (red, black)
+// and as many after (black, red) keep the cycle symmetric, as conjugate gradients need (Tatebe, NASA CP-3224,
+// 621 (1993)).
 //
 // -D COARSEST_SWEEPS=n   red-black sweeps, and as many black-red ones, on the coarsest level
 #ifndef COARSEST_SWEEPS
@@ -13,23 +14,39 @@
 #define RED 0
 #define BLACK 1
 
-// Half the sum of the fine conductances on each lower face of the coarse cells. Range (nx, ny, nz), coarse.
+// The path of a fine face from the centre of one coarse cell to that of the next leads through the face and half
+// of the face inside each coarse cell, in series: half the face's conductance when all three are alike. An inner face
+// that conducts less than the outer one adds half of what it adds in series: half, since current need not
+// go on along the line, at most DEAD_END times the outer face, since slivers of cut cells must not part coarse cells
+// that hang together. One that conducts better adds nothing, nor does one that does not conduct: there the cell ends.
+// Returns twice the resistance of the half path in units of the outer face's.
+#define DEAD_END 6
+real half_path(real inside, real face) {
+  return inside > 0 && inside < face ? (real)0.5 * (1 + min(face / inside, (real)DEAD_END)) : 1;
+}
+
+// Conductances of the lower faces of the coarse cells: sum over the four fine faces on each. Range (nx, ny, nz), coarse.
 // The first coarse cell's lower face is the fine boundary: its conductances are zero.
 kernel void coarsen_conductance(int nx, int ny, int nz, int fine_nx, int fine_ny, int fine_nz,
                                 global const real *restrict fine, global real *restrict coarse) {
   const int i = get_global_id(0) + 1, j = get_global_id(1) + 1, k = get_global_id(2) + 1;
   if (i > nx || j > ny || k > nz) return;
   const Strides s = strides(nx, ny, nz), f = strides(fine_nx, fine_ny, fine_nz);
-  const int c = i + j * s.y + k * s.z;
   const int first = (2 * i - 1) + (2 * j - 1) * f.y + (2 * k - 1) * f.z;
-  // The second child may be the fine ghost: its own lower faces are zero, as are those of the ghosts beside it.
-  coarse[c] = (real)0.5 * (fine[first] + fine[first + f.y] + fine[first + f.z] + fine[first + f.y + f.z]);
-  fine += f.cells;
-  coarse[c + s.cells] =
-      (real)0.5 * (fine[first] + fine[first + f.x] + fine[first + f.z] + fine[first + f.x + f.z]);
-  fine += f.cells;
-  coarse[c + 2 * s.cells] =
-      (real)0.5 * (fine[first] + fine[first + f.x] + fine[first + f.y] + fine[first + f.x + f.y]);
+  const int step[3] = {f.x, f.y, f.z};
+  coarse += i + j * s.y + k * s.z;
+  for (int axis = 0; axis < 3; ++axis, fine += f.cells, coarse += s.cells) {
+    const int along = step[axis], across[2] = {step[(axis + 1) % 3], step[(axis + 2) % 3]};
+    real sum = 0;
+    for (int n = 0; n < 4; ++n) {
+      // The second child may be the fine ghost: its own lower faces are zero, as are those of the ghosts beside it.
+      const int c = first + (n & 1) * across[0] + (n >> 1) * across[1];
+      const real face = fine[c];
+      if (face > 0)
+        sum += face / (1 + (real)0.5 * (half_path(fine[c - along], face) + half_path(fine[c + along], face)));
+    }
+    *coarse = sum;
+  }
 }
 
 // 1 / sum of the face conductances. Range (nx, ny, nz).

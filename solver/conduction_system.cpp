@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "solver/geometry.hpp"
+#include "solver/labels.hpp"
 
 namespace cohort {
 
@@ -26,6 +27,28 @@ constexpr Defaults normal_sites[] = {
     {"lv_inferior", Surface::lv, 0.44, -76, 1},       {"lv_lateral", Surface::lv, 0.40, 182, 7.5},
     {"rv_septum", Surface::rv_septum, 0.53, -3, 7.5}, {"rv_free_wall", Surface::rv_free_wall, 0.38, 36, 7}};
 
+void check_conducts(const Scene& scene) {
+  if (scene.geometry == GeometryKind::heart) return;
+  if (scene.geometry != GeometryKind::labels)
+    throw std::invalid_argument("electrophysiology.conduction_system: only the heart has one");
+  const LabelHeart& heart = *scene.labels;
+  for (const char* name : {"lv", "rv", "ra"})
+    if (!heart.has(name))
+      throw std::invalid_argument(std::string("electrophysiology.conduction_system: the label map has no ") +
+                                  name);
+  for (const Part blood : {lv_blood_part, rv_blood_part})
+    if (!heart.has_blood(blood))
+      throw std::invalid_argument(std::string("electrophysiology.conduction_system: the label map has no ") +
+                                  blood_names[blood - lv_blood_part] + ", and so no endocardium");
+}
+
+/// Length, mm, of the apico-basal coordinate.
+double apico_basal_length(const Scene& scene, std::span<const double> values) {
+  if (scene.geometry == GeometryKind::labels) return label_cells(scene)->landmarks.lv_length;
+  return values[static_cast<size_t>(scene.parameters.index("geometry.heart.lv_length_mm"))] *
+         values[static_cast<size_t>(scene.parameters.index("geometry.heart.scale"))];
+}
+
 }  // namespace
 
 std::vector<ConductionSystem::EarlySite> default_early_sites() {
@@ -36,8 +59,7 @@ std::vector<ConductionSystem::EarlySite> default_early_sites() {
 
 void declare_conduction_system(Scene& scene) {
   if (!scene.conduction_system) return;
-  if (scene.geometry != GeometryKind::heart)
-    throw std::invalid_argument("electrophysiology.conduction_system: only the heart has one");
+  check_conducts(scene);
   ParameterTable& table = scene.parameters;
   table.add({root + "sinoatrial_start_ms", "ms", 10, 0, 1e6, "when the sinoatrial node fires",
              "leaves a baseline before the P wave"});
@@ -67,7 +89,7 @@ std::vector<std::uint8_t> activation_graphs(const Scene& scene) {
   if (!scene.conduction_system || scene.conduction_system->kind == ConductionSystem::Kind::path) return {};
   std::vector<std::uint8_t> graphs;
   for (const Region& region : scene.regions)
-    graphs.push_back(region.name == "lv" || region.name == "rv" ? 1 : 0);
+    graphs.push_back(region.name == "la" || region.name == "ra" || region.name == "bachmann" ? 0 : 1);
   return graphs;
 }
 
@@ -92,9 +114,7 @@ std::vector<ConductionNetwork::Target> ConductionNetwork::targets(std::span<cons
   add_node("sinoatrial_node", value("sinoatrial_start_ms"), true);
   if (scene_.conduction_system->kind == ConductionSystem::Kind::path) return result;
   add_node("av_node", 0, false);
-  const double length_mm =
-      values[static_cast<size_t>(scene_.parameters.index("geometry.heart.lv_length_mm"))] *
-      values[static_cast<size_t>(scene_.parameters.index("geometry.heart.scale"))];
+  const double length_mm = apico_basal_length(scene_, values);
   for (const ConductionSystem::EarlySite& early : scene_.conduction_system->early_sites) {
     const std::string path = "early_sites." + early.name + ".";
     const double kind = 1 + static_cast<double>(early.surface);

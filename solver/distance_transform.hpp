@@ -22,7 +22,9 @@ struct CellBox {
 /// exact; `far` where there is none. x runs fastest; cells: extents of `seed`. P. Felzenszwalb and D.
 /// Huttenlocher, "Distance transforms of sampled functions", Theory of Computing 8, 415-428 (2012),
 /// section 2.1.
-std::vector<float> distance_transform(const std::vector<std::uint8_t>& seed, const std::array<int, 3>& cells);
+/// `nearest`, where given: the place of that nearest cell, -1 where there is none.
+std::vector<float> distance_transform(const std::vector<std::uint8_t>& seed, const std::array<int, 3>& cells,
+                                      std::vector<std::int32_t>* nearest = nullptr);
 
 /// What distance_transform gives where nothing is a seed.
 inline constexpr float no_seed = 1e9f;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "solver/cell_models.hpp"
+#include "solver/labels.hpp"
 
 namespace cohort {
 
@@ -53,10 +54,13 @@ std::vector<bool> heterogeneous_regions(const Scene& scene) {
   std::vector<bool> result;
   const std::vector<std::string>& named = scene.heterogeneity.regions;
   const bool any = !scene.heterogeneity.parameters.empty();
+  const bool labelled =
+      scene.geometry == GeometryKind::labels && (scene.labels->has("lv") || scene.labels->has("rv"));
+  const bool of_heart = scene.geometry == GeometryKind::heart || labelled;
   for (const Region& region : scene.regions) {
     const bool chosen = !named.empty() ? std::find(named.begin(), named.end(), region.name) != named.end()
-                        : scene.geometry == GeometryKind::heart ? region.name == "lv" || region.name == "rv"
-                                                                : has_wall(scene, region);
+                        : of_heart     ? region.name == "lv" || region.name == "rv"
+                                       : has_wall(scene, region);
     result.push_back(any && chosen);
   }
   return result;

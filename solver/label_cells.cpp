@@ -96,22 +96,88 @@ std::vector<std::uint8_t> seeds_in(const FineLabels& fine, const CellBox& box, C
   return result;
 }
 
-/// Signed distance in mm to the surface of the seeds, negative inside. Between centres on both sides of the
-/// surface, which lies half a cell from either.
+/// Smooths a field by a binomial of variance `times`/2 cells along each axis, the values beyond its ends as
+/// those at its ends.
+void smooth(std::vector<float>& values, const std::array<int, 3>& n, int times) {
+  std::vector<float> old(values.size());
+  std::size_t stride = 1;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const auto length = size_t(n[axis]);
+    for (int turn = 0; turn < times; ++turn) {
+      old.swap(values);
+      for (std::size_t first = 0; first < old.size(); first += stride * length)
+        for (std::size_t k = 0; k < length; ++k) {
+          const float *here = &old[first + k * stride], *below = k > 0 ? here - stride : here,
+                      *above = k + 1 < length ? here + stride : here;
+          float* out = &values[first + k * stride];
+          for (std::size_t i = 0; i < stride; ++i) out[i] = 0.5f * here[i] + 0.25f * (below[i] + above[i]);
+        }
+    }
+    stride *= length;
+  }
+}
+
+/// The quantile z of the normal distribution, Phi(z) = p, for p in (0, 1): M. Abramowitz and I. Stegun,
+/// Handbook of Mathematical Functions (1964), 26.2.23, |error| < 4.5e-4.
+float normal_quantile(float p) {
+  const float tail = std::min(p, 1 - p), t = std::sqrt(-2 * std::log(tail));
+  const float z = t - (2.515517f + t * (0.802853f + t * 0.010328f)) /
+                          (1 + t * (1.432788f + t * (0.189269f + t * 0.001308f)));
+  return p < 0.5f ? -z : z;
+}
+
+/// Signed distance in mm to the surface of the seeds, negative inside. The surface is that of the shape that
+/// voxels sampled, not their faces: next to it the distance follows from the share of seeds about a cell,
+/// which goes through a plane of any direction as a normal distribution; farther away from that of the
+/// nearest cell on the other side.
 Field signed_distance(const FineLabels& fine, const CellBox& box, std::vector<std::uint8_t> seed) {
   if (box.empty()) return {};
-  std::vector<float> outside = distance_transform(seed, box.cells());
-  for (std::uint8_t& s : seed) s = !s;
-  const std::vector<float> inside = distance_transform(seed, box.cells());
+  const std::size_t size = seed.size();
+  const auto width = float(fine.per_voxel);  // standard deviation of the smoothing, in cells
+  std::vector<float> near(size);
+  for (std::size_t i = 0; i < size; ++i) near[i] = seed[i] ? 1.0f : 0.0f;
+  smooth(near, box.cells(), 2 * fine.per_voxel * fine.per_voxel);
+  constexpr float least_share = 1e-3f;
+  for (float& x : near) x = -width * normal_quantile(std::clamp(x, least_share, 1 - least_share));
+
+  const auto n = box.cells();
+  const std::size_t strides[] = {1, size_t(n[0]), size_t(n[0]) * size_t(n[1])};
+  const auto beyond = [&](std::size_t cell, std::size_t foot) {
+    Vector normal{}, way{};
+    for (size_t a = 0; a < 3; ++a) {
+      const auto there = int(foot / strides[a] % size_t(n[a]));
+      way[a] = int(cell / strides[a] % size_t(n[a])) - there;
+      normal[a] = double(near[there + 1 < n[a] ? foot + strides[a] : foot] -
+                         near[there > 0 ? foot - strides[a] : foot]);
+    }
+    const double length = std::hypot(normal[0], normal[1], normal[2]);
+    if (!(length > 0)) return near[cell];
+    return near[foot] + float((way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2]) / length);
+  };
+  std::vector<std::int32_t> nearest;
+  std::vector<float> result(size);
   const auto h = static_cast<float>(fine.spacing_mm);
-  for (std::size_t i = 0; i < outside.size(); ++i)
-    outside[i] = h * (outside[i] > 0 ? outside[i] - 0.5f : 0.5f - inside[i]);
-  return {fine, box, std::move(outside)};
+  for (const bool inside : {false, true}) {
+    // From the plane that the surface is at the nearest cell on the other side.
+    distance_transform(seed, box.cells(), &nearest);
+    for (std::size_t i = 0; i < size; ++i) {
+      if (seed[i]) continue;
+      float d = near[i];
+      if (nearest[i] < 0)
+        d = inside ? -no_seed : no_seed;
+      else if (std::abs(d) > width)
+        d = beyond(i, size_t(nearest[i]));
+      result[i] = h * d;
+    }
+    for (std::uint8_t& s : seed) s = !s;
+  }
+  return {fine, box, std::move(result)};
 }
 
 /// Distances that coordinates and fibres are made of.
 struct Distances {
   Field lv, rv, la, ra;  ///< to the blood, positive outside it
+  Field rv_outflow;      ///< to the right ventricle's blood above the AV plane
   Field lv_outside;      ///< to what lies outside the left ventricle below the AV plane, negative there
   Field background;      ///< to what is no label, negative there
 };
@@ -133,14 +199,18 @@ Distances distances(const FineLabels& fine, const LabelHeart& heart) {
   outside[no_part] = outside[rv_blood_part] = true;
   hull[lv_blood_part] = true;
   Distances d;
-  const auto pool = [&](Part blood, std::array<bool, 256> around) {
+  const auto pool = [&](Part blood, std::array<bool, 256> around, double above_mm = -1e9) {
     if (!heart.has_blood(blood)) return Field();
     around[blood] = true;
     const CellBox box = box_of(fine, around);
-    return signed_distance(fine, box, seeds_in(fine, box, [&](Part p, double) { return p == blood; }));
+    std::vector<std::uint8_t> seeds =
+        seeds_in(fine, box, [&](Part p, double z) { return p == blood && z > above_mm; });
+    if (std::find(seeds.begin(), seeds.end(), 1) == seeds.end()) return Field();
+    return signed_distance(fine, box, std::move(seeds));
   };
   d.lv = pool(lv_blood_part, ventricles);
   d.rv = pool(rv_blood_part, ventricles);
+  d.rv_outflow = pool(rv_blood_part, ventricles, 0);
   d.la = pool(la_blood_part, left_atrium);
   d.ra = pool(ra_blood_part, right_atrium);
   if (heart.has_blood(lv_blood_part)) {
@@ -331,7 +401,9 @@ void locate(const FineLabels& fine, const LabelHeart& heart, LabelCells& cells) 
   const Grid& grid = cells.grid;
   constexpr double thinnest = 0.1;  // mm
   const auto depth = [&](const std::string& name, const Vector& p) -> std::array<double, 2> {
-    if (name == "rv") return {d.rv.empty() ? 0 : d.rv(p), d.background.empty() ? 0 : d.background(p)};
+    // Above the base there is the outflow alone: what its wall stands on there is no endocardium.
+    const Field& right = p[2] > 0 && !d.rv_outflow.empty() ? d.rv_outflow : d.rv;
+    if (name == "rv") return {right.empty() ? 0 : right(p), d.background.empty() ? 0 : d.background(p)};
     if (name == "la" && !d.la.empty()) return {d.la(p), d.background(p)};
     if (name == "ra" && !d.ra.empty()) return {d.ra(p), d.background(p)};
     if (name == "bachmann" && (!d.la.empty() || !d.ra.empty()))
@@ -392,8 +464,8 @@ std::shared_ptr<const LabelCells> label_cells(const Scene& scene) {
   std::string key = fmt::format("{:.17g}", grid.dx_mm);
   for (const Parameter& p : scene.parameters.all())
     if (p.path.starts_with("geometry.grown.")) key += fmt::format(" {:.17g}", p.value);
-  const std::scoped_lock lock(heart.mutex);
-  if (heart.cells && heart.cells_key == key) return heart.cells;
+  const std::scoped_lock lock(heart.cache.mutex);
+  if (heart.cache.cells && heart.cache.key == key) return heart.cache.cells;
   auto cells = std::make_shared<LabelCells>();
   cells->grid = grid;
   const FineLabels fine = fine_labels(scene, grid, cells->landmarks);
@@ -404,8 +476,8 @@ std::shared_ptr<const LabelCells> label_cells(const Scene& scene) {
   separate(heart, *cells);
   drop_splinters(*cells);
   locate(fine, heart, *cells);
-  heart.cells_key = key;
-  heart.cells = cells;
+  heart.cache.key = key;
+  heart.cache.cells = cells;
   return cells;
 }
 

@@ -164,9 +164,9 @@ double distance_to_segment(const Vector& p, const Vector& a, const Vector& b) {
   return std::sqrt(d2);
 }
 
-/// The path: from the right atrial tissue nearest to the top of the septum, through the plate, down the
-/// septum's middle. It takes the place of background, insulator and muscle, never of blood or vessels.
-void carve_path(FineLabels& fine, const LabelHeart& heart, double length, LabelLandmarks& marks) {
+/// Where the path runs: from the right atrial tissue nearest to the top of the septum, through the plate,
+/// down the septum's middle.
+void find_path(const FineLabels& fine, const LabelHeart& heart, double length, LabelLandmarks& marks) {
   const auto ra = static_cast<Part>(first_region_part + heart.region_index("ra"));
   Mean atrium;
   each_cell(fine, [&](std::size_t i, const Vector& p) {
@@ -188,6 +188,10 @@ void carve_path(FineLabels& fine, const LabelHeart& heart, double length, LabelL
     nearest = d;
     marks.node = p;
   });
+}
+
+/// The path takes the place of background, insulator and muscle, never of blood or vessels.
+void carve_path(FineLabels& fine, const LabelHeart& heart, const LabelLandmarks& marks) {
   const auto path = static_cast<Part>(first_region_part + heart.region_index("conduction_path"));
   std::array<bool, 256> gives_way{};
   gives_way[no_part] = true;
@@ -233,6 +237,54 @@ void measure_path(const FineLabels& fine, Part path, LabelLandmarks& marks) {
   };
   const double length = between(marks.node, marks.his) + between(marks.his, marks.end) + 2 * thick;
   marks.path_radius = std::sqrt(volume / (std::numbers::pi * length));
+}
+
+/// A path that a delay stands for gives way to what tissue lies nearest: septum, plate, atrium.
+void dissolve_path(FineLabels& fine, const LabelHeart& heart) {
+  CellBox box;
+  box.lower = fine.cells;
+  std::size_t i = 0;
+  for (int z = 0; z < fine.cells[2]; ++z)
+    for (int y = 0; y < fine.cells[1]; ++y)
+      for (int x = 0; x < fine.cells[0]; ++x, ++i) {
+        if (fine.parts[i] != idle_path_part) continue;
+        const std::array<int, 3> c = {x, y, z};
+        for (size_t a = 0; a < 3; ++a) {
+          box.lower[a] = std::min(box.lower[a], c[a]);
+          box.upper[a] = std::max(box.upper[a], c[a] + 1);
+        }
+      }
+  if (box.empty()) return;
+  constexpr double margin = 10;  // mm
+  for (size_t a = 0; a < 3; ++a) {
+    const int by = int(margin / fine.spacing_mm) + 1;
+    box.lower[a] = std::max(0, box.lower[a] - by);
+    box.upper[a] = std::min(fine.cells[a], box.upper[a] + by);
+  }
+  const auto each = [&](auto visit) {
+    std::size_t k = 0;
+    for (int z = box.lower[2]; z < box.upper[2]; ++z)
+      for (int y = box.lower[1]; y < box.upper[1]; ++y)
+        for (int x = box.lower[0]; x < box.upper[0]; ++x) visit(k++, fine.at(x, y, z));
+  };
+  std::vector<float> nearest(box.size(), no_seed);
+  std::vector<Part> heir(box.size(), no_part);
+  std::vector<std::uint8_t> seed(box.size());
+  for (const char* name : {"lv", "ra", "insulator"}) {
+    const int region = heart.region_index(name);
+    if (region < 0) continue;
+    const auto part = static_cast<Part>(first_region_part + region);
+    each([&](std::size_t k, std::size_t cell) { seed[k] = fine.parts[cell] == part; });
+    const std::vector<float> distance = distance_transform(seed, box.cells());
+    for (std::size_t k = 0; k < heir.size(); ++k)
+      if (distance[k] < nearest[k]) {
+        nearest[k] = distance[k];
+        heir[k] = part;
+      }
+  }
+  each([&](std::size_t k, std::size_t cell) {
+    if (fine.parts[cell] == idle_path_part) fine.parts[cell] = heir[k];
+  });
 }
 
 /// Where the ray from the centroid of the right atrium's blood in direction (0.45, 0.72, 0.6), in units of
@@ -299,6 +351,10 @@ FineLabels fine_labels(const Scene& scene, const Grid& grid, LabelLandmarks& mar
   FineLabels fine;
   fine.per_cell = fineness(image, voxel_of, grid);
   fine.spacing_mm = grid.dx_mm / fine.per_cell;
+  const auto edges = image.spacing_mm();
+  constexpr double most_per_voxel = 4;
+  fine.per_voxel = static_cast<int>(std::clamp(
+      std::round(*std::min_element(edges.begin(), edges.end()) / fine.spacing_mm), 1.0, most_per_voxel));
   fine.origin_mm = grid.origin_mm;
   for (size_t a = 0; a < 3; ++a) fine.cells[a] = grid.cells[a] * fine.per_cell;
   fine.parts.assign(std::size_t(fine.cells[0]) * size_t(fine.cells[1]) * size_t(fine.cells[2]), no_part);
@@ -329,11 +385,15 @@ FineLabels fine_labels(const Scene& scene, const Grid& grid, LabelLandmarks& mar
   if (heart.grows_ra) walls.push_back({ra_blood_part, region("ra"), atrial});
   if (!walls.empty()) grow(fine, walls);
   if (heart.grows_plate) insulate(fine, heart, std::max(label_size(scene, "av_plate_mm"), grid.dx_mm));
-  if (heart.grows_path) {
+  const bool path_labelled =
+      std::find(fine.parts.begin(), fine.parts.end(), idle_path_part) != fine.parts.end();
+  if (heart.grows_path || (heart.idle_path && !path_labelled)) {
     marks.path_radius = std::max(label_size(scene, "conduction_path_radius_mm"), 0.5 * grid.dx_mm);
-    carve_path(fine, heart, label_size(scene, "conduction_path_length_mm"), marks);
-  } else if (heart.has("conduction_path")) {
-    measure_path(fine, region("conduction_path"), marks);
+    find_path(fine, heart, label_size(scene, "conduction_path_length_mm"), marks);
+    if (heart.grows_path) carve_path(fine, heart, marks);
+  } else if (heart.idle_path || heart.has("conduction_path")) {
+    measure_path(fine, heart.idle_path ? idle_path_part : region("conduction_path"), marks);
+    if (heart.idle_path) dissolve_path(fine, heart);
   }
   if (heart.has_blood(lv_blood_part)) marks.lv_length = -heart.part_extent(lv_blood_part).lower[2];
   find_sites(scene, fine, marks);

@@ -36,7 +36,8 @@ Extent nothing() {
 
 LabelHeart::LabelHeart(LabelImage image_, const std::string& name, const std::string& convention_,
                        LabelTable table_, std::optional<LabelFrame> frame_)
-    : image(with_enclosed_blood(std::move(image_), table_)),
+    : shared_image(std::make_shared<const LabelImage>(with_enclosed_blood(std::move(image_), table_))),
+      image(*shared_image),
       convention(convention_),
       table(std::move(table_)) {
   if (convention == "cohort") read_comment();
@@ -142,6 +143,22 @@ void LabelHeart::collect_regions(const std::string& name) {
   if (!excitable) throw std::invalid_argument(name + ": holds no tissue that conducts");
 }
 
+std::shared_ptr<const LabelHeart> LabelHeart::without_path() const {
+  auto result = std::make_shared<LabelHeart>(*this);
+  const int path = region_index("conduction_path");
+  const bool node_known =
+      std::any_of(sites.begin(), sites.end(), [](const auto& site) { return site.first == "av_node"; });
+  result->idle_path = path >= 0 || (has("lv") && has("ra") && !node_known);
+  if (path < 0) return result;
+  result->grows_path = false;
+  result->regions.erase(result->regions.begin() + path);
+  const auto part = static_cast<Part>(first_region_part + path);
+  for (Part& p : result->part_of_label)
+    p = p == part ? idle_path_part : p > part ? static_cast<Part>(p - 1) : p;
+  result->measure();
+  return result;
+}
+
 int LabelHeart::region_index(const std::string& region) const {
   for (std::size_t r = 0; r < regions.size(); ++r)
     if (regions[r].name == region) return static_cast<int>(r);
@@ -192,6 +209,9 @@ LabelFibres label_fibres(const LabelHeart& heart, const std::string& region) {
 
 void declare_labels(Scene& scene) {
   if (!scene.labels) throw std::invalid_argument("a geometry of labels needs a label map");
+  // A delay stands for the path: as in the schematic heart there is none.
+  if (scene.conduction_system && scene.conduction_system->kind == ConductionSystem::Kind::delay)
+    scene.labels = scene.labels->without_path();
   const LabelHeart& heart = *scene.labels;
   scene.regions = heart.regions;
   const auto mm = [&](const char* name, double value, double lower, double upper, const char* meaning,
@@ -209,7 +229,7 @@ void declare_labels(Scene& scene) {
     mm("av_plate_mm", 2, 0.1, 10,
        "atrial tissue nearer than this to ventricular tissue insulates; at least one cell",
        "half of the schematic heart's plate: tissue on one side gives way");
-  if (heart.grows_path) {
+  if (heart.grows_path || heart.idle_path) {
     mm("conduction_path_radius_mm", 3, 1, 6, "path that joins atria and ventricles; at least one cell thick",
        schematic);
     mm("conduction_path_length_mm", 20, 4, 40, "path below the AV plane, in the septum", schematic);

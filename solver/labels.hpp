@@ -15,10 +15,10 @@
 namespace cohort {
 
 /// Codes of the parts that a voxel can belong to: background, blood pools (1 ...), regions (first_region_part
-/// + r).
+/// + r), and a conduction path that a delay stands for, until it gives way to what lies around it.
 using Part = std::uint8_t;
 inline constexpr Part no_part = 0, lv_blood_part = 1, rv_blood_part = 2, la_blood_part = 3, ra_blood_part = 4,
-                      first_region_part = 16;
+                      idle_path_part = 15, first_region_part = 16;
 
 /// `image`: the image's millimetres (right, anterior, superior) are those of the heart's frame. `heart`: the
 /// frame is found from the left ventricle and the direction of the right one (heart_frame).
@@ -36,7 +36,12 @@ class LabelHeart {
   LabelHeart(LabelImage image, const std::string& name, const std::string& convention, LabelTable table,
              std::optional<LabelFrame> frame);
 
-  const LabelImage image;
+  /// The same heart where a delay stands for its conduction path (ConductionSystem::Kind::delay): no region
+  /// of its own, and none is grown.
+  std::shared_ptr<const LabelHeart> without_path() const;
+
+  const std::shared_ptr<const LabelImage> shared_image;
+  const LabelImage& image;
   const std::string convention;
   LabelFrame frame;
   LabelTable table;
@@ -46,6 +51,7 @@ class LabelHeart {
   bool grows_rv = false, grows_la = false, grows_ra = false;  ///< walls that the convention lacks
   bool grows_plate = false,
        grows_path = false;  ///< insulator between atria and ventricles, and the path through it
+  bool idle_path = false;   ///< without_path(): its landmarks count, its cells do not conduct
   Affine to_heart;          ///< rigid, from the image's world to the heart's frame, mm
   /// What the comment of an export says: sites by name.
   std::vector<std::pair<std::string, Sphere>> sites;
@@ -57,10 +63,15 @@ class LabelHeart {
   /// Extents in the heart's frame of a part's voxels; empty (lower > upper) where there are none.
   Extent part_extent(Part part) const { return part_extents_[part]; }
 
-  // Cells computed last (label_cells), for plan and simulation ask for the same.
-  mutable std::mutex mutex;
-  mutable std::string cells_key;
-  mutable std::shared_ptr<const LabelCells> cells;
+  /// Cells computed last (label_cells), for plan and simulation ask for the same. Copies start without.
+  struct Cache {
+    Cache() = default;
+    Cache(const Cache&) {}
+    std::mutex mutex;
+    std::string key;
+    std::shared_ptr<const LabelCells> cells;
+  };
+  mutable Cache cache;
 
  private:
   void read_comment();
@@ -91,6 +102,7 @@ struct FineLabels {
   std::array<double, 3> origin_mm{};
   double spacing_mm = 0;
   int per_cell = 1;
+  int per_voxel = 1;  ///< cells to the shortest edge of a voxel, at least one
   std::vector<Part> parts;
 
   std::size_t at(int x, int y, int z) const {

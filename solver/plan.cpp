@@ -218,18 +218,20 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.bytes += runs ? bytes : 0;
   };
   const bool heterogeneous = !scene.heterogeneity.parameters.empty();
-  std::vector<std::string> geometry_kernels = {"classify_cells", "flag_segments", "gather_cells",
-                                               "link_segments", "fibre_field"};
+  // Cells of a label map are sampled on the host.
+  const bool labels = scene.geometry == GeometryKind::labels;
+  std::vector<std::string> geometry_kernels = {"flag_segments", "gather_cells", "link_segments",
+                                               labels ? "label_fibres" : "fibre_field"};
+  if (!labels) geometry_kernels.insert(geometry_kernels.begin(), "classify_cells");
   const std::size_t real = real_bytes(scene.precision);
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, room, scene.precision) +
                                base.values.size() * static_cast<std::size_t>(batch) * real;
   if (heterogeneous || scene.conduction_system) {
-    geometry_kernels.emplace_back("coordinate_field");
+    geometry_kernels.emplace_back(labels ? "label_coordinates" : "coordinate_field");
     geometry_bytes += 4 * static_cast<std::size_t>(room) * real;
   }
   // Rows of fibres and coordinates from a label map, of one heart.
-  if (scene.geometry == GeometryKind::labels)
-    geometry_bytes += 8 * sizeof(float) * plan.segments * Tissue::lanes;
+  if (labels) geometry_bytes += 8 * sizeof(float) * plan.segments * Tissue::lanes;
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
   choose_activation(device, scene, base, grid.dx_mm, plan);

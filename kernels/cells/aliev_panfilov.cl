@@ -1,4 +1,4 @@
-// Aliev & Panfilov 1996, Chaos, Solitons & Fractals 7:293, doi 10.1016/0960-0779(95)00089-5, equations (1) to (3), in the paper's
+// Aliev & Panfilov 1996, Chaos, Solitons & Fractals 7:293, doi 10.1016/0960-0779(95)00089-5, in the paper's
 // units of time and potential (12.9 ms, V = 100 u - 80 mV):
 //     du/dt = -k u (u - a) (u - 1) - u v + J_stim,   dv/dt = (epsilon_0 + mu_1 v / (u + mu_2)) (-v - k u (u - a - 1))
 // A cell model is one file: the lines //@ declare it to the host, the functions below are what the kernels call.

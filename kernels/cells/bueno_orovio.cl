@@ -1,5 +1,5 @@
 // Bueno-Orovio, Cherry & Fenton 2008, J. Theor. Biol. 253:544, doi 10.1016/j.jtbi.2008.03.029: minimal model of human ventricular
-// cells, equations (1) to (4) with the currents, time constants and ends of its section 2; H is the step function:
+// cells; H is the step function:
 //     du/dt = -(J_fi + J_so + J_si) + J_stim,                     V = resting + amplitude u
 //     J_fi = -v H(u - theta_v) (u - theta_v) (u_u - u) / tau_fi,  J_si = -H(u - theta_w) w s / tau_si
 //     J_so = (u - u_o) (1 - H(u - theta_w)) / tau_o + H(u - theta_w) / tau_so

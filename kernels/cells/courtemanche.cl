@@ -1,6 +1,6 @@
 // Courtemanche, Ramirez & Nattel 1998, Am. J. Physiol. 275:H301, doi 10.1152/ajpheart.1998.275.1.H301: human atrial cell.
-// Equations of its appendix: membrane (1), (2), concentrations (3) to (12), INa (13) to (20), IK1, Ito, IKur, IKr, IKs, ICaL, INaK,
-// INaCa, background and pump currents, release, transfer, uptake and leak of the reticulum, buffers.
+// Equations of its appendix: membrane, concentrations, INa, IK1, Ito, IKur, IKr, IKs, ICaL, INaK, INaCa, background and pump
+// currents, release, transfer, uptake and leak of the reticulum, buffers.
 //     dV/dt = -(INa + IK1 + Ito + IKur + IKr + IKs + ICaL + INaK + INaCa + IpCa + IbNa + IbCa) + J_stim      pA/pF = mV/ms
 // The rate of ui has the sign of the model's CellML file, with which the paper's own figure agrees, its printed formula does not.
 // Na and K are kept as changes from their initial concentrations: a float of 139 mM could not follow them step by step.

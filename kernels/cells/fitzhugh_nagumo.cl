@@ -1,5 +1,5 @@
 // FitzHugh & Nagumo's model (FitzHugh 1961, Biophys. J. 1:445) in the cardiac form of Rogers & McCulloch 1994, IEEE Trans. Biomed.
-// Eng. 41:743, doi 10.1109/10.310090, equations (1), (2), time in ms:
+// Eng. 41:743, doi 10.1109/10.310090, time in ms:
 //     du/dt = c1 u (u - a) (1 - u) - c2 u v + J_stim,   dv/dt = b (u - d v),   u = (V - V_rest) / amplitude
 // A cell model is one file: the lines //@ declare it to the host, the functions below are what the kernels call.
 //

@@ -1,8 +1,10 @@
 // ten Tusscher & Panfilov 2006, Am. J. Physiol. Heart Circ. Physiol. 291:H1088, doi 10.1152/ajpheart.00109.2006: human
 // ventricular cell, epicardial by default. Currents and gates are the appendix of that paper; those it leaves unchanged are ten Tusscher et
-// al. 2004, doi 10.1152/ajpheart.00794.2003, appendix (INa (2) to (22), IKr, IK1, INaCa, INaK, IpCa, IpK, background).
+// al. 2004, doi 10.1152/ajpheart.00794.2003, appendix (INa, IKr, IK1, INaCa, INaK, IpCa, IpK, background).
 //     dV/dt = -(INa + ICaL + Ito + IKr + IKs + IK1 + INaCa + INaK + IpCa + IpK + IbNa + IbCa) + J_stim      pA/pF = mV/ms
 // Layers: mid-myocardium gKs 0.098; endocardium gto 0.073 and endocardial 1 (another s gate).
+// Restitution, table 2, by its greatest slope 0.7, 1.1 (default), 1.4, 1.8: gKr 0.134, 0.153, 0.172, 0.172; gKs 0.27, 0.392, 0.441, 0.441;
+// gpCa 0.0619, 0.1238, 0.3714, 0.8666; gpK 0.073, 0.0146, 0.0073, 0.00219; f_factor 0.6, 1, 1.5, 2 (above 0 mV).
 // The time constant of f2 is that of the model's CellML file, with which the benchmark of Niederer et al. 2011,
 // doi 10.1098/rsta.2011.0139, and the public trace in tests/reference were made; the paper prints f2_bell_ms 600, f2_centre_mV -25,
 // f2_width_mV2 170, f2_low_ms 16. The initial state is the benchmark's. Na and K are kept as changes from their initial concentrations:
@@ -31,6 +33,7 @@
 //@ parameter exchanger_alpha 2.5 0.1 20 1 "enhances the outward part of the exchanger" "ten Tusscher et al. 2004"
 //@ parameter exchanger_gamma 0.35 0 1 1 "place of the exchanger's energy barrier" "ten Tusscher et al. 2004"
 //@ parameter KpCa_mM 0.0005 1e-5 0.01 mM "half saturation of the calcium pump" "ten Tusscher et al. 2004"
+//@ parameter f_factor 1 0.1 10 1 "scales the time constant of f above 0 mV" "ten Tusscher & Panfilov 2006, table 2"
 //@ parameter f2_bell_ms 562 10 2000 ms "height of the bell in the time constant of f2; paper 600" "CellML file of the model, Niederer et al. 2011"
 //@ parameter f2_centre_mV -27 -80 20 mV "centre of that bell; paper -25" "CellML file of the model, Niederer et al. 2011"
 //@ parameter f2_width_mV2 240 10 2000 mV2 "width of that bell; paper 170" "CellML file of the model, Niederer et al. 2011"
@@ -116,6 +119,7 @@
 //@ derived s_bell endocardial
 //@ derived s_slope endocardial
 //@ derived s_least endocardial
+//@ derived f_factor f_factor
 //@ derived f2_bell f2_bell_ms
 //@ derived f2_centre f2_centre_mV
 //@ derived f2_minus_inverse_width f2_width_mV2
@@ -184,6 +188,7 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_s_bell] = endocardial ? 1000 : 85;
   d[D_s_slope] = endocardial ? 0 : 5;
   d[D_s_least] = endocardial ? 8 : 3;
+  d[D_f_factor] = p[P_f_factor];
   d[D_f2_bell] = p[P_f2_bell_ms];
   d[D_f2_centre] = p[P_f2_centre_mV];
   d[D_f2_minus_inverse_width] = -1 / p[P_f2_width_mV2];
@@ -298,8 +303,8 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
                         e20 / (e20 + R(12.1824939607035));
     TOWARDS(d, e7_5 / (e7_5 + R(0.344153786865412)), 1 / tau_d);
     const realv falling = 1 / (1 + R(20.0855369231877) * e10);
-    TOWARDS(f, 1 / (1 + R(17.4117080633277) * e7),
-            1 / (R(1102.5) * exp(x * x * (R(-1.0) / 225)) + 200 * e10 / (e10 + R(3.66929666761924)) + 180 * falling + 20));
+    const realv tau_f = R(1102.5) * exp(x * x * (R(-1.0) / 225)) + 200 * e10 / (e10 + R(3.66929666761924)) + 180 * falling + 20;
+    TOWARDS(f, 1 / (1 + R(17.4117080633277) * e7), 1 / WHERE(isgreater(v, C(0.0)), d[D_f_factor] * tau_f, tau_f));
     TOWARDS(f2, R(0.67) / (1 + R(148.413159102577) * e7) + R(0.33),
             1 / (d[D_f2_bell] * exp(y * y * d[D_f2_minus_inverse_width]) + 31 * e10 / (e10 + R(12.1824939607035)) +
                  d[D_f2_low] * falling));

@@ -73,6 +73,7 @@ TEST(Multigrid, ReductionIndependentOfSpacing) {
                   found.bare);
       std::fflush(stdout);
       EXPECT_GE(found.in_solver, 8) << medium.name << ", dx " << dx;
+      EXPECT_GE(found.bare, 8) << medium.name << ", dx " << dx;
       fewest = std::min(fewest, found.iterations);
       most = std::max(most, found.iterations);
     }
