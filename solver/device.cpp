@@ -163,7 +163,7 @@ void CL_CALLBACK released(cl_mem, void* data) {
 
 cl::Buffer Device::allocate(std::size_t bytes) {
   try {
-    const std::size_t taken = std::max<std::size_t>(bytes, 64);
+    const std::size_t taken = std::max(bytes, least_bytes);
     cl::Buffer buffer(context_, CL_MEM_READ_WRITE, taken);
     auto allocation = std::make_unique<Allocation>(Allocation{allocated_bytes_, taken});
     *allocated_bytes_ += taken;

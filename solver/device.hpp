@@ -51,6 +51,7 @@ class Device {
   /// work-groups are then resident and hide the latency of memory.
   std::vector<std::string> register_cap(int count) const;
 
+  static constexpr std::size_t least_bytes = 64;  ///< of a buffer
   /// Device memory, uninitialised. Throws std::runtime_error naming the bytes when it cannot be had.
   cl::Buffer allocate(std::size_t bytes);
   /// Of allocate(), and not released yet.

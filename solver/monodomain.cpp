@@ -146,13 +146,19 @@ void Monodomain::build_kernels() {
   }
 }
 
-std::size_t Monodomain::bytes(const Scene& scene, std::span<const Member> members, std::int64_t stride) {
+std::size_t Monodomain::bytes(const Scene& scene, std::span<const Member> members, int batch,
+                              std::int64_t stride) {
   const CellModels models(scene);
   const auto fields = static_cast<std::size_t>(count_fields(fields_of(scene, members)));
   const auto n = static_cast<std::size_t>(stride);
-  return n * (real_bytes(scene.precision) * (3 + models.states() + 6 + fields) +
+  const std::size_t real = real_bytes(scene.precision);
+  const std::size_t of_member =
+      (models.derived() + 1 + std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers) * real;
+  constexpr std::size_t perhaps_empty = 6;  // buffers
+  return n * (real * (3 + models.states() + 6 + fields) +
               static_cast<std::size_t>(activation_fields(scene)) * sizeof(float) +
-              (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0));
+              (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0)) +
+         static_cast<std::size_t>(batch) * of_member + perhaps_empty * Device::least_bytes;
 }
 
 double Monodomain::bytes_per_cell_stage() const {

@@ -58,8 +58,10 @@ class Monodomain {
   /// Steps take no stimulus from now on until assemble(): something else starts the front.
   void silence_stimuli() { stimuli_.clear(); }
 
-  /// Device bytes for `stride` compact cells of `members`, at most; substeps take another real a cell.
-  static std::size_t bytes(const Scene& scene, std::span<const Member> members, std::int64_t stride);
+  /// Device bytes for `stride` compact cells of `batch` of `members`, at most; substeps take another real a
+  /// cell.
+  static std::size_t bytes(const Scene& scene, std::span<const Member> members, int batch,
+                           std::int64_t stride);
   /// Least bytes that one step's last launch, and a stage of diffusion, move for each cell.
   double bytes_per_cell_step() const;
   double bytes_per_cell_stage() const;

@@ -237,12 +237,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   choose_activation(device, scene, base, grid.dx_mm, plan);
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
-  module("eikonal", eikonal || triggers,
-         eikonal || triggers ? plan.activation_reason
-                             : method_name(plan.activation) + ": " + plan.activation_reason,
-         eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
-                 : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
-         eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, room));
+  module(
+      "eikonal", eikonal || triggers,
+      eikonal || triggers ? plan.activation_reason
+                          : method_name(plan.activation) + ": " + plan.activation_reason,
+      eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
+              : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
+      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room));
   module("templates", eikonal && scene.ecg,
          !eikonal     ? "the time loop has the potential"
          : !scene.ecg ? "no ECG is asked for"
@@ -255,7 +256,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
          : bidomain ? "cells and intracellular operator of the bidomain equations"
                     : "activation and potential of the tissue",
          {"derive_members", "initialise_cells", "monodomain_step", "diffusion_step"},
-         Monodomain::bytes(scene, members.empty() ? std::span(&base, 1) : members, room));
+         Monodomain::bytes(scene, members.empty() ? std::span(&base, 1) : members, batch, room));
   module("diffusion", !eikonal || scene.ecg,
          !eikonal || scene.ecg ? "stencils of the tissue's conductivities"
                                : "neither a time loop nor an ECG needs one",
