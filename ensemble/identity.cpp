@@ -52,18 +52,12 @@ std::string geometry(const Scene& scene) {
 std::string physics(const Scene& scene) {
   std::string text = fmt::format("cell_model {}\nprecision {}\n", scene.cell_model,
                                  word(scene.precision, {"single", "double"}));
-  text += fmt::format(
-      "activation by {}\n",
-      word(scene.activation_method, {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
+  text += fmt::format("activation by {}\n", method_name(scene.activation_method));
   for (const auto& [region, model] : scene.region_cell_models)
     text += fmt::format("cell_model {} in {}\n", model, region);
   if (!scene.heterogeneity.parameters.empty())
     text += fmt::format("heterogeneity [{}] in [{}]\n", fmt::join(scene.heterogeneity.parameters, " "),
                         fmt::join(scene.heterogeneity.regions, " "));
-  if (scene.activation_method != ActivationMethod::automatic)
-    text += fmt::format("activation method {}\n",
-                        word(scene.activation_method,
-                             {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"}));
   if (scene.conduction_system) {
     text += fmt::format("conduction system {}\n", word(scene.conduction_system->kind, {"delay", "path"}));
     for (const ConductionSystem::EarlySite& site : scene.conduction_system->early_sites)

@@ -5,10 +5,8 @@
 namespace cohort {
 
 std::vector<std::string> conduction_lines(const Plan& plan) {
-  const char* method = plan.activation == ActivationMethod::reaction_eikonal ? "reaction_eikonal"
-                       : plan.activation == ActivationMethod::eikonal        ? "eikonal"
-                                                                             : "monodomain";
-  std::vector<std::string> lines = {fmt::format("activation by {}: {}", method, plan.activation_reason)};
+  std::vector<std::string> lines = {
+      fmt::format("activation by {}: {}", method_name(plan.activation), plan.activation_reason)};
   for (const PlannedConduction& front : plan.conduction) {
     if (front.along_mm_per_ms > 0 && front.width_along_mm == 0)  // as set; no cable was run
       lines.push_back(fmt::format("conduction velocity {}: {:.3f} mm/ms along fibres, {:.3f} across",

@@ -52,24 +52,28 @@ Bidomain::Bidomain(Launcher& launcher, const Scene& scene, const Definitions& de
   diffusion_ = launcher.handle(program, "bidomain_diffusion");
 }
 
-std::size_t Bidomain::bytes(const Grid& grid, int members, std::int64_t stride, Precision precision) {
+std::size_t Bidomain::bytes(const Device& device, const Tissue& conductor, int members, std::int64_t stride,
+                            std::int64_t conductor_stride, Precision precision) {
+  const std::array<int, 3> cells = box_of(conductor, 0).cells;
   std::size_t padded = 1;
-  for (const int n : grid.cells) padded *= static_cast<std::size_t>(n) + 2;
-  const std::size_t real = real_bytes(precision), count = static_cast<std::size_t>(members);
-  return Tissue::bytes(grid, members, stride, precision) + Diffusion::bytes(stride, precision) +
-         count * (6 * padded * real +
-                  EllipticSolver::bytes(grid.cells, 1, precision == Precision::double_, Couplings::cross)) +
+  for (const int n : cells) padded *= static_cast<std::size_t>(n) + 2;
+  const std::size_t real = real_bytes(precision);
+  const std::size_t dense =
+      6 * padded * real +
+      EllipticSolver::bytes(device, cells, 1, precision == Precision::double_, Couplings::cross);
+  return Tissue::bytes(conductor.grid(), members, conductor_stride, precision) +
+         Diffusion::bytes(conductor_stride, precision) + static_cast<std::size_t>(members) * dense +
          6 * static_cast<std::size_t>(stride) * real;
 }
 
 // The smallest box that holds what conducts of member m.
-Bidomain::Box Bidomain::box_of(std::size_t m) const {
-  const auto& [nx, ny, nz] = conductor_.grid().cells;
+Bidomain::Box Bidomain::box_of(const Tissue& conductor, std::size_t m) {
+  const auto& [nx, ny, nz] = conductor.grid().cells;
   std::array<int, 3> lower = {nx, ny, nz}, upper = {0, 0, 0};
-  const std::size_t begin = first_place(conductor_, m), end = begin + places_of(conductor_, m);
+  const std::size_t begin = first_place(conductor, m), end = begin + places_of(conductor, m);
   for (std::size_t i = begin; i < end; ++i) {
-    if (conductor_.regions[i] == 255) continue;
-    const std::int64_t cell = conductor_.first_cells[i / Tissue::lanes] % conductor_.grid().size();
+    if (conductor.regions[i] == 255) continue;
+    const std::int64_t cell = conductor.first_cells[i / Tissue::lanes] % conductor.grid().size();
     const std::array<int, 3> place = {static_cast<int>(cell % nx) + static_cast<int>(i % Tissue::lanes),
                                       static_cast<int>(cell / nx % ny),
                                       static_cast<int>(cell / (std::int64_t{nx} * ny))};
@@ -118,7 +122,7 @@ void Bidomain::build_operators(const Tissue& tissue, const cl::Buffer& intracell
   const std::size_t members = conductor_.first_block.size() - 1;
   boxes_.resize(members);
   for (std::size_t m = 0; m < members; ++m) {
-    Box box = box_of(m);
+    Box box = box_of(conductor_, m);
     if (boxes_[m].solver && boxes_[m].cells == box.cells) {
       const std::array<int, 3> lower = box.lower;
       box = std::move(boxes_[m]);
@@ -223,14 +227,18 @@ void Bidomain::inject(const std::vector<double>& current) {
   }
 }
 
-double Bidomain::injected_share(std::size_t m, double time_ms) const {
+// Of the time from `from_ms` to `to_ms`, or of the moment where they are one: the share in which the current
+// flows.
+double Bidomain::injected_share(std::size_t m, double from_ms, double to_ms) const {
   if (!injects_) return 0;
-  return time_ms >= injected_ms_[m][0] && time_ms < injected_ms_[m][1] ? 1 : 0;
+  const auto& [start, end] = injected_ms_[m];
+  if (!(to_ms > from_ms)) return from_ms >= start && from_ms < end ? 1 : 0;
+  return std::max(0.0, std::min(to_ms, end) - std::max(from_ms, start)) / (to_ms - from_ms);
 }
 
 // phi_e of V at one stage of a step, and gathers it with V.
-void Bidomain::solve(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& V, double time_ms,
-                     Stage stage, bool next_step) {
+void Bidomain::solve(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& V, double from_ms,
+                     double to_ms, Stage stage, bool next_step) {
   Device& device = launcher_.device();
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   for (std::size_t m = 0; m < boxes_.size(); ++m) {
@@ -238,7 +246,7 @@ void Bidomain::solve(const Tissue& tissue, const Monodomain& monodomain, const c
     Box::Track& track = box.tracks[stage];
     const std::size_t cells = places_of(tissue, m), dense = box.solver->field_cells();
     const cl::Buffer& injected = injects_ ? box.injected : box.source;  // not read without a share
-    const double share = injected_share(m, time_ms);
+    const double share = injected_share(m, from_ms, to_ms);
     if (share != box.share) {
       launcher_(injected_source_, cl::NDRange(whole_groups(dense)), cl::NDRange(Tissue::group),
                 2 * real * static_cast<double>(dense), box.injected, box.source, static_cast<int>(dense),
@@ -327,11 +335,14 @@ void Bidomain::advance(const Tissue& tissue, Monodomain& monodomain, const cl::B
                        double time_ms, bool first) {
   const double dt_ms = (first ? 0.5 : 1.0) * monodomain.dt_ms();
   if (stale_) {
-    solve(tissue, monodomain, monodomain.potential(), time_ms, at_start, true);
+    solve(tissue, monodomain, monodomain.potential(), time_ms, time_ms, at_start, true);
     gather(tissue, monodomain.potential(), at_start);
   }
   half_step(tissue, monodomain, dt_ms, diffused_);
-  solve(tissue, monodomain, diffused_, time_ms, at_middle, true);
+  // Diffusion runs half a step behind time_ms, the first of a run aside: all of its own time counts, so that
+  // a current brings its charge whatever the steps.
+  const double from_ms = first ? time_ms : time_ms - 0.5 * dt_ms;
+  solve(tissue, monodomain, diffused_, from_ms, from_ms + dt_ms, at_middle, true);
   gather(tissue, monodomain.potential(), at_middle);
   const int substeps = monodomain.substeps();
   const cl::Buffer* from = &intracellular_;
@@ -349,7 +360,7 @@ void Bidomain::advance(const Tissue& tissue, Monodomain& monodomain, const cl::B
 
 const cl::Buffer& Bidomain::closed_potential(const Tissue& tissue, Monodomain& monodomain, double time_ms) {
   if (stale_) {
-    solve(tissue, monodomain, monodomain.potential(), time_ms, at_start, true);
+    solve(tissue, monodomain, monodomain.potential(), time_ms, time_ms, at_start, true);
     gather(tissue, monodomain.potential(), at_start);
   }
   stale_ = false;
@@ -359,7 +370,7 @@ const cl::Buffer& Bidomain::closed_potential(const Tissue& tissue, Monodomain& m
 
 const cl::Buffer& Bidomain::extracellular(const Tissue& tissue, const Monodomain& monodomain,
                                           const cl::Buffer& V, double time_ms) {
-  solve(tissue, monodomain, V, time_ms, at_start, false);
+  solve(tissue, monodomain, V, time_ms, time_ms, at_start, false);
   gather(tissue, V, at_start);
   stale_ = true;
   return extracellular_;

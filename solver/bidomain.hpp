@@ -52,8 +52,10 @@ class Bidomain {
   /// phi_e of member m in every cell of the conductor, in the order of its cells; read back.
   std::vector<double> potential_of_conductor(std::size_t m) const;
 
-  /// Device bytes for `members` members on `grid`, `stride` compact cells of tissue and bath in all.
-  static std::size_t bytes(const Grid& grid, int members, std::int64_t stride, Precision precision);
+  /// Device bytes for as many members as `conductor`, tissue and bath, holds one of; `stride` compact cells
+  /// of tissue and `conductor_stride` of tissue and bath in all.
+  static std::size_t bytes(const Device& device, const Tissue& conductor, int members, std::int64_t stride,
+                           std::int64_t conductor_stride, Precision precision);
 
  private:
   struct Box {
@@ -70,17 +72,17 @@ class Bidomain {
       return {&source, &tracks[0].potential, &tracks[0].before, &tracks[1].potential, &tracks[1].before};
     }
   };
-  Box box_of(std::size_t m) const;
+  static Box box_of(const Tissue& conductor, std::size_t m);
   enum Stage { at_start, at_middle };
-  void solve(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& V, double time_ms,
-             Stage stage, bool next_step);
+  void solve(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& V, double from_ms,
+             double to_ms, Stage stage, bool next_step);
   void gather(const Tissue& tissue, const cl::Buffer& V, Stage stage);
   void last_stage(const Tissue& tissue, const Monodomain& monodomain, const cl::Buffer& stage,
                   const cl::Buffer& base, double dt_ms, const cl::Buffer& to);
   void half_step(const Tissue& tissue, Monodomain& monodomain, double dt_ms, const cl::Buffer& to);
   const cl::Buffer& scratch(std::size_t which);
   void boundary_current(std::span<const Member> members);
-  double injected_share(std::size_t m, double time_ms) const;
+  double injected_share(std::size_t m, double from_ms, double to_ms) const;
 
   Launcher& launcher_;
   const Scene& scene_;

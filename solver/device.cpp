@@ -146,14 +146,33 @@ std::vector<std::string> Device::register_cap(int count) const {
   return {"-cl-nv-maxrregcount=" + std::to_string(count)};
 }
 
+namespace {
+
+/// Bytes of one buffer in the sum of its device.
+struct Allocation {
+  std::shared_ptr<std::atomic<std::size_t>> total;
+  std::size_t bytes;
+};
+
+void CL_CALLBACK released(cl_mem, void* data) {
+  const std::unique_ptr<Allocation> allocation(static_cast<Allocation*>(data));
+  *allocation->total -= allocation->bytes;
+}
+
+}  // namespace
+
 cl::Buffer Device::allocate(std::size_t bytes) {
   try {
-    cl::Buffer buffer(context_, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 64));
-    allocated_bytes_ += bytes;
+    const std::size_t taken = std::max(bytes, least_bytes);
+    cl::Buffer buffer(context_, CL_MEM_READ_WRITE, taken);
+    auto allocation = std::make_unique<Allocation>(Allocation{allocated_bytes_, taken});
+    *allocated_bytes_ += taken;
+    buffer.setDestructorCallback(released, allocation.get());
+    allocation.release();  // to the callback
     return buffer;
   } catch (const cl::Error& error) {
     throw std::runtime_error("cannot allocate " + std::to_string(bytes) + " bytes on " + info_.name + " (" +
-                             std::to_string(error.err()) + "), with " + std::to_string(allocated_bytes_) +
+                             std::to_string(error.err()) + "), with " + std::to_string(allocated_bytes()) +
                              " bytes allocated before");
   }
 }

@@ -4,6 +4,8 @@
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #include <CL/opencl.hpp>
+#include <atomic>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,9 +51,11 @@ class Device {
   /// work-groups are then resident and hide the latency of memory.
   std::vector<std::string> register_cap(int count) const;
 
+  static constexpr std::size_t least_bytes = 64;  ///< of a buffer
   /// Device memory, uninitialised. Throws std::runtime_error naming the bytes when it cannot be had.
   cl::Buffer allocate(std::size_t bytes);
-  std::size_t allocated_bytes() const { return allocated_bytes_; }
+  /// Of allocate(), and not released yet.
+  std::size_t allocated_bytes() const { return *allocated_bytes_; }
 
   /// GB/s of c = a + 3 b over arrays well beyond the caches, best of a few; measured once.
   double triad_GB_per_s();
@@ -61,7 +65,8 @@ class Device {
   cl::Context context_;
   cl::CommandQueue queue_, profiling_queue_;
   std::vector<std::pair<std::string, cl::Program>> programs_;
-  std::size_t allocated_bytes_ = 0;
+  std::shared_ptr<std::atomic<std::size_t>> allocated_bytes_ =
+      std::make_shared<std::atomic<std::size_t>>(0);  ///< of buffers that may outlive this
   double triad_ = 0;
 };
 

@@ -33,6 +33,11 @@ class Diffusion {
   static std::size_t bytes(std::int64_t stride, Precision precision) {
     return static_cast<std::size_t>(stride) * 6 * real_bytes(precision);
   }
+  /// Of the tensors and bounds that stencils of up to `stride` cells are assembled from.
+  static std::size_t scratch_bytes(std::int64_t stride, Precision precision) {
+    return bytes(stride, precision) +
+           static_cast<std::size_t>(stride / Tissue::block_cells + 1) * real_bytes(precision);
+  }
 
  private:
   void reserve(const Tissue& tissue);

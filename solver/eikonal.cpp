@@ -43,7 +43,8 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
 }
 
 std::size_t Eikonal::bytes(std::int64_t stride, Precision precision) {
-  return static_cast<std::size_t>(stride) * (15 * real_bytes(precision) + 3 * sizeof(int));
+  return static_cast<std::size_t>(stride) * (15 * real_bytes(precision) + 2 * sizeof(int)) +
+         2 * (static_cast<std::size_t>(stride) / Tissue::lanes + 1) * sizeof(int);
 }
 
 void Eikonal::reserve(const Tissue& tissue) {

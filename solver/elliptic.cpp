@@ -39,20 +39,28 @@ std::size_t round_up(int n, std::size_t unit) {
   return (static_cast<std::size_t>(n) + unit - 1) / unit * unit;
 }
 
+/// Partial sums of an inner product.
+int chunks_of(const Device& device, std::array<int, 3> cells) {
+  if (!device.info().gpu) return cpu_chunks;
+  return static_cast<int>(std::min<std::size_t>(
+      gpu_chunks, round_up(static_cast<int>(padded(cells) / cells_per_gpu_chunk), gpu_sum_group)));
+}
+
 }  // namespace
 
 std::size_t EllipticSolver::Level::field_cells() const {
   return padded(cells);
 }
 
-std::size_t EllipticSolver::bytes(std::array<int, 3> cells, int fields, bool double_precision,
-                                  Couplings couplings) {
+std::size_t EllipticSolver::bytes(const Device& device, std::array<int, 3> cells, int fields,
+                                  bool double_precision, Couplings couplings) {
   const std::size_t real = double_precision ? sizeof(double) : sizeof(float),
                     count = static_cast<std::size_t>(fields);
   std::size_t reals = 3 * count * padded(cells);  // p, p_before, q
   if (couplings == Couplings::cross) reals += 3 * padded(cells);
   for (const auto& level : level_cells(cells)) reals += (4 + 2 * count) * padded(level);
-  return reals * real + count * sizeof(double) * (partial_sums * gpu_chunks + scalars_per_field);
+  const auto chunks = static_cast<std::size_t>(chunks_of(device, cells));
+  return reals * real + count * sizeof(double) * (partial_sums * chunks + scalars_per_field);
 }
 
 EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fields, bool double_precision,
@@ -63,11 +71,7 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
       double_(double_precision),
       accumulate_double_(device.info().handle.getInfo<CL_DEVICE_EXTENSIONS>().find("cl_khr_fp64") !=
                          std::string::npos),
-      chunks_(device.info().gpu
-                  ? static_cast<int>(std::min<std::size_t>(
-                        gpu_chunks,
-                        round_up(static_cast<int>(padded(cells) / cells_per_gpu_chunk), gpu_sum_group)))
-                  : cpu_chunks),
+      chunks_(chunks_of(device, cells)),
       group_(device.info().gpu ? gpu_group : 1) {
   std::vector<std::string> definitions = {"COARSEST_SWEEPS=" + std::to_string(coarsest_sweeps),
                                           "CHUNKS=" + std::to_string(chunks_),

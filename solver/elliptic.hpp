@@ -45,7 +45,7 @@ class EllipticSolver {
                  Couplings couplings = Couplings::faces);
 
   /// Device memory that the constructor takes, in bytes.
-  static std::size_t bytes(std::array<int, 3> cells, int fields, bool double_precision,
+  static std::size_t bytes(const Device& device, std::array<int, 3> cells, int fields, bool double_precision,
                            Couplings couplings = Couplings::faces);
 
   /// Conductances of the lower x, y and z faces, shape (3, nz+2, ny+2, nx+2), in mS: written by the caller,

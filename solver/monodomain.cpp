@@ -10,6 +10,15 @@
 
 namespace cohort {
 
+namespace {
+
+int count_fields(const std::vector<int>& field_of) {
+  return static_cast<int>(
+      std::count_if(field_of.begin(), field_of.end(), [](int field) { return field >= 0; }));
+}
+
+}  // namespace
+
 Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                        int members_per_batch)
     : launcher_(launcher),
@@ -40,29 +49,38 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
   }
 }
 
-void Monodomain::choose_fields(std::span<const Member> members) {
-  // A derived constant becomes a field where a parameter it depends on differs between the regions of any
-  // member, or through their walls.
-  field_of_.clear();
-  fields_ = 0;
-  for (size_t m = 0; m < models_.all().size(); ++m) {
-    const CellModel& model = models_.all()[m];
+// A derived constant becomes a field where a parameter it depends on differs between the regions of any
+// member, or through their walls.
+std::vector<int> Monodomain::fields_of(const Scene& scene, std::span<const Member> members) {
+  const CellModels models(scene);
+  const RegionParameters regions = region_parameters(scene);
+  const std::vector<bool> region_varies = heterogeneous_regions(scene);
+  std::vector<int> field_of;
+  int fields = 0;
+  for (size_t m = 0; m < models.all().size(); ++m) {
+    const CellModel& model = models.all()[m];
     std::vector<bool> varies(model.parameters.size(), false);
-    for (size_t r = 0; r < scene_.regions.size(); ++r) {
-      if (models_.of_region()[r] != static_cast<int>(m)) continue;
+    for (size_t r = 0; r < scene.regions.size(); ++r) {
+      if (models.of_region()[r] != static_cast<int>(m)) continue;
       for (size_t k = 0; k < model.parameters.size(); ++k)
         for (const Member& member : members)
-          if (member.values[static_cast<size_t>(regions_.cell_first[r]) + k] !=
-                  member.values[static_cast<size_t>(regions_.model_first[m]) + k] ||
-              (region_varies_[r] && has_slope(scene_, model.parameters[k].path, member.values)))
+          if (member.values[static_cast<size_t>(regions.cell_first[r]) + k] !=
+                  member.values[static_cast<size_t>(regions.model_first[m]) + k] ||
+              (region_varies[r] && has_slope(scene, model.parameters[k].path, member.values)))
             varies[k] = true;
     }
     for (const CellModel::Derived& derived : model.derived) {
       const bool field = std::any_of(derived.from.begin(), derived.from.end(),
                                      [&](int k) { return varies[static_cast<size_t>(k)]; });
-      field_of_.push_back(field ? fields_++ : -1);
+      field_of.push_back(field ? fields++ : -1);
     }
   }
+  return field_of;
+}
+
+void Monodomain::choose_fields(std::span<const Member> members) {
+  field_of_ = fields_of(scene_, members);
+  fields_ = count_fields(field_of_);
   const auto [entry, is_new] = kernels_by_fields_.try_emplace(field_of_);
   kernels_ = &entry->second;
   if (is_new) build_kernels();
@@ -128,12 +146,19 @@ void Monodomain::build_kernels() {
   }
 }
 
-std::size_t Monodomain::bytes(const Scene& scene, std::int64_t stride) {
+std::size_t Monodomain::bytes(const Scene& scene, std::span<const Member> members, int batch,
+                              std::int64_t stride) {
   const CellModels models(scene);
+  const auto fields = static_cast<std::size_t>(count_fields(fields_of(scene, members)));
   const auto n = static_cast<std::size_t>(stride);
-  return n * (real_bytes(scene.precision) * (3 + models.states() + 6 + models.derived()) +
+  const std::size_t real = real_bytes(scene.precision);
+  const std::size_t of_member =
+      (models.derived() + 1 + std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers) * real;
+  constexpr std::size_t perhaps_empty = 6;  // buffers
+  return n * (real * (3 + models.states() + 6 + fields) +
               static_cast<std::size_t>(activation_fields(scene)) * sizeof(float) +
-              (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0));
+              (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0)) +
+         static_cast<std::size_t>(batch) * of_member + perhaps_empty * Device::least_bytes;
 }
 
 double Monodomain::bytes_per_cell_stage() const {

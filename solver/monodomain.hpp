@@ -58,8 +58,10 @@ class Monodomain {
   /// Steps take no stimulus from now on until assemble(): something else starts the front.
   void silence_stimuli() { stimuli_.clear(); }
 
-  /// Device bytes for `stride` compact cells, at most.
-  static std::size_t bytes(const Scene& scene, std::int64_t stride);
+  /// Device bytes for `stride` compact cells of `batch` of `members`, at most; substeps take another real a
+  /// cell.
+  static std::size_t bytes(const Scene& scene, std::span<const Member> members, int batch,
+                           std::int64_t stride);
   /// Least bytes that one step's last launch, and a stage of diffusion, move for each cell.
   double bytes_per_cell_step() const;
   double bytes_per_cell_stage() const;
@@ -67,6 +69,8 @@ class Monodomain {
  private:
   void step(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, const cl::Buffer& stage,
             const cl::Buffer& base, const cl::Buffer& before, double dt_diffusion);
+  /// By derived constant of all models: its field, or -1.
+  static std::vector<int> fields_of(const Scene& scene, std::span<const Member> members);
   void choose_fields(std::span<const Member> members);
   void build_kernels();
   std::vector<double> read(const cl::Buffer& buffer, std::size_t count);

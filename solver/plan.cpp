@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iomanip>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -14,6 +15,7 @@
 #include "solver/monodomain.hpp"
 #include "solver/probes.hpp"
 #include "solver/reaction_eikonal.hpp"
+#include "solver/recorder.hpp"
 #include "solver/simulation.hpp"
 #include "solver/stimulus.hpp"
 #include "solver/template_ecg.hpp"
@@ -43,6 +45,8 @@ bool one_front(const Scene& scene, std::span<const double> values) {
 
 // Why the scene has no ECG without a time loop; empty where it can.
 std::string projection_refusal(const Scene& scene) {
+  if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
+    return "activation: eikonal keeps no potentials, which outputs.ecg.method: forward needs";
   const std::string why = EikonalActivation::refusal(scene);
   return why.empty() ? TemplateEcg::refusal(scene) : why;
 }
@@ -178,9 +182,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (forward && scene.torso == TorsoKind::unbounded)
     throw std::invalid_argument(
         "outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
-  if (forward && scene.activation_method == ActivationMethod::eikonal)
-    throw std::invalid_argument(
-        "outputs.ecg.method: forward needs a time loop; activation: eikonal has none");
   if (scene.activation_method == ActivationMethod::eikonal)
     if (const std::string why = projection_refusal(scene); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
@@ -234,6 +235,15 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const int batch = plan.members_per_device;
 
   const auto stride = static_cast<std::int64_t>(plan.segments) * Tissue::lanes * batch;
+  const std::int64_t room = stride + stride / 16;  // fields keep some for hearts that differ a little
+  std::int64_t conductor_room = 0;                 // of tissue and bath
+  std::optional<Tissue> conductor;
+  if (bidomain) {
+    conductor.emplace(launcher, scene, grid, 1, Tissue::Holds::conductors);
+    conductor->build(parameters, 1);
+    conductor_room = static_cast<std::int64_t>(conductor->stride) * batch;
+    conductor_room += conductor_room / 16;
+  }
   const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
                           std::size_t bytes) {
     plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
@@ -245,66 +255,75 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   std::vector<std::string> geometry_kernels = {"flag_segments", "gather_cells", "link_segments",
                                                labels ? "label_fibres" : "fibre_field"};
   if (!labels) geometry_kernels.insert(geometry_kernels.begin(), "classify_cells");
-  std::size_t geometry_bytes = Tissue::bytes(grid, batch, stride, scene.precision);
+  const std::size_t real = real_bytes(scene.precision);
+  std::size_t geometry_bytes = Tissue::bytes(grid, batch, room, scene.precision) +
+                               base.values.size() * static_cast<std::size_t>(batch) * real;
   if (heterogeneous || scene.conduction_system) {
     geometry_kernels.emplace_back(labels ? "label_coordinates" : "coordinate_field");
-    geometry_bytes += 4 * static_cast<std::size_t>(stride) * real_bytes(scene.precision);
+    geometry_bytes += 4 * static_cast<std::size_t>(room) * real;
   }
+  // Rows of fibres and coordinates from a label map, of one heart.
+  if (labels) geometry_bytes += 8 * sizeof(float) * plan.segments * Tissue::lanes;
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
   choose_activation(device, scene, base, members, grid.dx_mm, plan);
-  if (forward && plan.activation == ActivationMethod::eikonal)
-    throw std::invalid_argument(
-        "outputs.ecg.method: forward needs potentials, which activation: eikonal does not keep");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
-  module("eikonal", eikonal || triggers,
-         eikonal || triggers ? plan.activation_reason : "monodomain: " + plan.activation_reason,
-         eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
-                 : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
-         eikonal ? EikonalActivation::bytes(stride, scene.precision)
-                 : ReactionEikonal::bytes(stride, scene.precision));
+  module(
+      "eikonal", eikonal || triggers,
+      eikonal || triggers ? plan.activation_reason
+                          : method_name(plan.activation) + ": " + plan.activation_reason,
+      eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
+              : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
+      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room));
   module("templates", eikonal && scene.ecg,
          !eikonal     ? "the time loop has the potential"
          : !scene.ecg ? "no ECG is asked for"
                       : "outputs.ecg: action potentials behind the arrival times, without a time loop",
          {"run_templates", "template_places", "project_blocks", "project_totals"},
-         scene.ecg ? TemplateEcg::bytes(scene, grid, batch, stride) : 0);
+         scene.ecg ? TemplateEcg::bytes(device, scene, batch, room) : 0);
   module("monodomain", !eikonal,
          eikonal    ? "no time loop"
          : triggers ? "potential of the tissue"
+         : bidomain ? "cells and intracellular operator of the bidomain equations"
                     : "activation and potential of the tissue",
-         {"conductivity_tensor", "assemble_stencil", "diffusion_bound", "derive_members", "initialise_cells",
-          "monodomain_step", "diffusion_step"},
-         Monodomain::bytes(scene, stride) + Diffusion::bytes(stride, scene.precision));
+         {"derive_members", "initialise_cells", "monodomain_step", "diffusion_step"},
+         Monodomain::bytes(scene, members.empty() ? std::span(&base, 1) : members, batch, room));
+  module("diffusion", !eikonal || scene.ecg,
+         !eikonal || scene.ecg ? "stencils of the tissue's conductivities"
+                               : "neither a time loop nor an ECG needs one",
+         {"conductivity_tensor", "assemble_stencil", "diffusion_bound"},
+         Diffusion::scratch_bytes(std::max(room, conductor_room), scene.precision));
   module("bidomain", bidomain,
          bidomain ? "electrophysiology.activation: extracellular potential of tissue and bath"
                   : "the monodomain equation has no extracellular potential",
          {"add_couplings", "bidomain_source", "gather_extracellular", "bidomain_diffusion"},
-         bidomain ? Bidomain::bytes(grid, batch, grid.size() * batch, scene.precision) : 0);
+         bidomain ? Bidomain::bytes(device, *conductor, batch, room, conductor_room, scene.precision) : 0);
   if (forward) {
     const Torso torso(device, scene, 1);
     module("torso", true, "outputs.ecg: a solve at every sample",
            {"tissue_currents", "deposit_currents", "read_leads"},
-           ForwardEcg::bytes(stride, scene.precision) +
+           ForwardEcg::bytes(room, scene.precision) +
                static_cast<std::size_t>(batch) * torso.bytes(base.values));
   } else if (scene.ecg) {
     const Torso torso(device, scene);
     module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
-           LeadWeights::bytes(stride, scene.precision) + torso.bytes(base.values));
+           LeadWeights::bytes(room, scene.precision) + torso.bytes(base.values));
   } else {
     module("torso", false, "no ECG is asked for", {}, 0);
   }
   module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
          {"record_blocks", "record_totals"},
-         static_cast<std::size_t>(stride / Tissue::block_cells + 1) * 9 * real_bytes(scene.precision));
+         Recorder::bytes(scene, batch, Recorder::samples_per_fetch, room));
   module("activation times", scene.activation.has_value(),
-         scene.activation ? "outputs.activation" : "no activation times are asked for", {}, 0);
+         scene.activation ? "outputs.activation" : "no activation times are asked for", {},
+         activation_fields(scene) > 1 ? Probes::bytes(scene, batch, samples_of(scene) + 1) : 0);
   module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
   module("circulation", false, "no pressure-volume output is asked for", {}, 0);
   module("fluid", false, "no flow output is asked for", {}, 0);
-  refuse_beyond(plan.bytes, limit,
-                "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members"));
+  const std::string whole_batch =
+      "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
+  refuse_beyond(plan.bytes, limit, whole_batch);
 
   const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
   if (eikonal) {
@@ -326,6 +345,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);
+  if (steps.substeps > 1) {  // the potential that a step started from
+    const std::size_t bytes = static_cast<std::size_t>(room) * real;
+    for (PlannedModule& planned : plan.modules)
+      if (planned.name == "monodomain") planned.bytes += bytes;
+    plan.bytes += bytes;
+    refuse_beyond(plan.bytes, limit, whole_batch);
+  }
   plan.dt_ms = steps.dt_ms;
   plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
 

@@ -50,6 +50,11 @@ Probes::Probes(Launcher& launcher, const Scene& scene, const Definitions& defini
   series_ = device.allocate(rows * static_cast<std::size_t>(samples) * sizeof(float));
 }
 
+std::size_t Probes::bytes(const Scene& scene, int members_per_batch, int samples) {
+  return static_cast<std::size_t>(members_per_batch) * scene.activation->probes.size() *
+         (sizeof(int) + static_cast<std::size_t>(samples) * sizeof(float));
+}
+
 void Probes::prepare(const Tissue& tissue, std::span<const Member> members) {
   std::vector<int> cells;
   for (std::size_t m = 0; m < members.size(); ++m)

@@ -22,6 +22,8 @@ std::optional<std::size_t> nearest_cell(const Tissue& tissue, std::size_t m,
 class Probes {
  public:
   /// samples: of the whole run.
+  /// Device bytes.
+  static std::size_t bytes(const Scene& scene, int members_per_batch, int samples);
   Probes(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch,
          int samples);
 

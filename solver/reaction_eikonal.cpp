@@ -113,8 +113,14 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
   beats_ = device.allocate(2 * static_cast<std::size_t>(members_per_batch) * real);
 }
 
-std::size_t ReactionEikonal::bytes(std::int64_t stride, Precision precision) {
-  return Eikonal::bytes(stride, precision) + static_cast<std::size_t>(stride) * 4 * real_bytes(precision);
+std::size_t ReactionEikonal::bytes(const Scene& scene, int members, std::int64_t stride) {
+  const Precision precision = scene.precision;
+  const std::size_t real = real_bytes(precision), stimuli = std::max<std::size_t>(scene.stimuli.size(), 1);
+  const std::size_t of_member = ((4 + stimuli * latencies) * scene.regions.size() + 2) * real;
+  constexpr std::size_t small = 14;  // buffers of the eikonal solver, the network and this
+  return Eikonal::bytes(stride, precision) + static_cast<std::size_t>(stride) * 4 * real +
+         (scene.conduction_system ? ConductionNetwork::bytes(stride, precision) : 0) +
+         static_cast<std::size_t>(members) * of_member + small * Device::least_bytes;
 }
 
 void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,

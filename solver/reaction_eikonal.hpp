@@ -48,7 +48,7 @@ class ReactionEikonal {
   /// Why the arrival times of member m cannot stand for its stimuli; empty when they can.
   std::string defect(const Tissue& tissue, const Monodomain& monodomain, std::size_t m, const Member& member);
 
-  static std::size_t bytes(std::int64_t stride, Precision precision);
+  static std::size_t bytes(const Scene& scene, int members, std::int64_t stride);
 
  private:
   Launcher& launcher_;

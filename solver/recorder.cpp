@@ -26,6 +26,15 @@ Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& de
   first_block_ = device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int));
 }
 
+std::size_t Recorder::bytes(const Scene& scene, int members_per_batch, int samples, std::int64_t stride) {
+  const auto quantities = static_cast<std::size_t>((scene.ecg ? LeadWeights::leads : 0) + 1);
+  const auto members = static_cast<std::size_t>(members_per_batch);
+  const auto blocks = static_cast<std::size_t>(stride / Tissue::block_cells + 1);
+  return (2 * static_cast<std::size_t>(samples) * members + blocks) * quantities *
+             real_bytes(scene.precision) +
+         (members + 1) * sizeof(int);
+}
+
 void Recorder::prepare(const Tissue& tissue) {
   members_ = static_cast<int>(tissue.first_block.size()) - 1;
   half_ = 0;

@@ -11,6 +11,10 @@ namespace cohort {
 /// time.
 class Recorder {
  public:
+  static constexpr int samples_per_fetch = 20;  ///< of a run
+
+  /// Device bytes for `stride` compact cells.
+  static std::size_t bytes(const Scene& scene, int members_per_batch, int samples, std::int64_t stride);
   /// samples: the most that are kept on the device between two fetches.
   Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch,
            int samples);

@@ -7,6 +7,11 @@
 
 namespace cohort {
 
+std::string method_name(ActivationMethod method) {
+  constexpr const char* names[] = {"automatic", "monodomain", "bidomain", "reaction_eikonal", "eikonal"};
+  return names[static_cast<std::size_t>(method)];
+}
+
 namespace {
 
 void declare_grid_and_time(ParameterTable& table) {

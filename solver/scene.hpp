@@ -19,6 +19,8 @@ enum class Precision { single_, double_ };
 /// that trigger the cell model (reaction_eikonal), or that shift a template of its action potential, without
 /// a time loop (eikonal). automatic: chosen by the plan.
 enum class ActivationMethod { automatic, monodomain, bidomain, reaction_eikonal, eikonal };
+/// As configuration files and plans write it.
+std::string method_name(ActivationMethod method);
 
 /// A signed distance shape: a primitive (its sizes are parameters geometry.shapes.<name>.<primitive>.<size>)
 /// or an operation on shapes named before it.

@@ -36,14 +36,6 @@ double structural(const Scene& scene, const char* path) {
   return scene.parameters[scene.parameters.index(path)].value;
 }
 
-// Samples of a run, the last one at its end aside.
-int samples_of(const Scene& scene) {
-  constexpr double rounding = 1e-9;
-  return static_cast<int>(
-      std::ceil(structural(scene, "time.end_ms") / sampling_interval_ms(scene) - rounding));
-}
-
-constexpr int samples_per_fetch = 20;
 constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
 
 }  // namespace
@@ -76,7 +68,7 @@ struct Simulation::State {
         tissue(launcher, scene_, grid, plan.members_per_device),
         diffusion(launcher, scene_, definitions),
         monodomain(launcher, scene_, definitions, plan.members_per_device),
-        recorder(launcher, scene_, definitions, plan.members_per_device, samples_per_fetch),
+        recorder(launcher, scene_, definitions, plan.members_per_device, Recorder::samples_per_fetch),
         shape(layout(scene_)) {
     if (plan.activation == ActivationMethod::eikonal) {
       eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
@@ -346,10 +338,10 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   std::int64_t step = 0;
   bool stopped = false;
   // The last sample, at end_ms, is for the check alone.
-  for (int first = 0; first <= samples && !stopped; first += samples_per_fetch) {
-    const int count = std::min(samples_per_fetch, samples + 1 - first);
+  for (int first = 0; first <= samples && !stopped; first += Recorder::samples_per_fetch) {
+    const int count = std::min(Recorder::samples_per_fetch, samples + 1 - first);
     // The very first launches are not timed: kernels are still being compiled.
-    const int fetch = first / samples_per_fetch;
+    const int fetch = first / Recorder::samples_per_fetch;
     launcher.profile(fetch % fetches_per_profile == (batches > 0 ? 0 : 1));
     for (int k = 0; k < count; ++k) {
       const double sample_ms = static_cast<double>(step) * steps.dt_ms;

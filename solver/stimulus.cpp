@@ -82,6 +82,17 @@ std::vector<std::string> stimulus_warnings(const Scene& scene, std::span<const d
     if (period > 0 && pulses > 1 && own("duration_ms") > period)
       warn("overlaps itself: duration_ms is longer than period_ms");
   }
+  const std::string current = "electrophysiology.boundary_current_";
+  if (scene.parameters.find(current + "duration_ms") < 0) return warnings;  // not the bidomain equations
+  bool flows = false;
+  for (const char* axis : {".x", ".y", ".z"}) flows = flows || value(current + "uA_per_mm2" + axis) != 0;
+  if (flows && value(current + "duration_ms") <= 0)
+    warnings.emplace_back("the boundary current never flows: boundary_current_duration_ms is 0");
+  else if (flows && value(current + "start_ms") >= end)
+    warnings.emplace_back(
+        "the boundary current never flows: boundary_current_start_ms is not before time.end_ms");
+  else if (!flows && value(current + "duration_ms") > 0)
+    warnings.emplace_back("the boundary current never flows: boundary_current_uA_per_mm2 is 0");
   return warnings;
 }
 

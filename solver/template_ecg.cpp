@@ -79,6 +79,20 @@ TemplateEcg::Columns TemplateEcg::columns_of(const Scene& scene) {
   return columns;
 }
 
+TemplateEcg::Extents TemplateEcg::extents_of(const Device& device, const Scene& scene) {
+  Extents result{};
+  const double interval_ms = sampling_interval_ms(scene);
+  result.group = device.info().gpu ? 64 : 4;
+  result.samples = static_cast<int>(layout(scene).ecg_ms.size());
+  result.phases = std::max(1, static_cast<int>(std::ceil(interval_ms / longest_spacing_ms - 1e-9)));
+  result.foot = static_cast<int>(std::ceil(foot_ms / interval_ms));
+  // Work-items of a group times their samples.
+  const int step =
+      static_cast<int>(result.group) * device.vector_width(scene.precision == Precision::double_);
+  result.row = (result.samples + step - 1) / step * step + result.foot + 2 * Tissue::lanes;
+  return result;
+}
+
 TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                          int members_per_batch)
     : launcher_(launcher),
@@ -87,16 +101,16 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
       regions_(region_parameters(scene)),
       members_per_batch_(members_per_batch),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
-      group_(launcher.device().info().gpu ? 64 : 4),
+      group_(extents_of(launcher.device(), scene).group),
       interval_ms_(sampling_interval_ms(scene)) {
   if (const std::string why = refusal(scene); !why.empty()) throw std::invalid_argument(why);
   Device& device = launcher.device();
   columns_ = columns_of(scene);
-  samples_ = static_cast<int>(layout(scene).ecg_ms.size());
-  phases_ = std::max(1, static_cast<int>(std::ceil(interval_ms_ / longest_spacing_ms - 1e-9)));
-  const int foot = static_cast<int>(std::ceil(foot_ms / interval_ms_));
-  const int step = static_cast<int>(group_) * width_;  // work-items of a group times their samples
-  row_ = (samples_ + step - 1) / step * step + foot + 2 * Tissue::lanes;
+  const Extents extents = extents_of(device, scene);
+  samples_ = extents.samples;
+  phases_ = extents.phases;
+  const int foot = extents.foot;
+  row_ = extents.row;
 
   std::vector<std::string> options = {"FOOT=" + std::to_string(foot), "PHASES=" + std::to_string(phases_),
                                       "ROW=" + std::to_string(row_)};
@@ -165,15 +179,23 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
       "template_columns");
 }
 
-std::size_t TemplateEcg::bytes(const Scene& scene, const Grid&, int members, std::int64_t stride) {
-  const std::size_t real = real_bytes(scene.precision), samples = layout(scene).ecg_ms.size() + 600;
+std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int members, std::int64_t stride) {
+  const std::size_t real = real_bytes(scene.precision), hearts = static_cast<std::size_t>(members);
   const auto n = static_cast<std::size_t>(stride);
-  const auto phases =
-      static_cast<std::size_t>(std::ceil(sampling_interval_ms(scene) / longest_spacing_ms)) + 1;
-  return static_cast<std::size_t>(members) * static_cast<std::size_t>(columns_of(scene).total) * phases *
-             samples * real +
+  const Extents extents = extents_of(device, scene);
+  const auto row = static_cast<std::size_t>(extents.row);
+  const Columns columns = columns_of(scene);
+  const CellModels models(scene);
+  std::size_t runs = 0;  // parameters of the cells that are run
+  for (std::size_t r = 0; r < scene.regions.size(); ++r)
+    if (columns.count[r] > 0)
+      runs += static_cast<std::size_t>(columns.count[r]) *
+              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 3);
+  return hearts * real *
+             (static_cast<std::size_t>(columns.total * (extents.phases + 1)) * row + runs +
+              static_cast<std::size_t>(extents.samples) * (LeadWeights::leads + 1)) +
          n * (2 * sizeof(int) + 4 * real) +
-         n / Tissue::block_cells * samples * (LeadWeights::leads + 1) * real;
+         (n / Tissue::block_cells + 1) * (LeadWeights::leads + 1) * row * real;
 }
 
 // The table, unless it is that of the last batch: cells whose parameters differ between regions and columns.

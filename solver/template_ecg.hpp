@@ -32,7 +32,7 @@ class TemplateEcg {
   double spacing_ms() const { return interval_ms_ / phases_; }
   /// Whether the scene's heterogeneity can be tabulated; empty, or why not.
   static std::string refusal(const Scene& scene);
-  static std::size_t bytes(const Scene& scene, const Grid& grid, int members, std::int64_t stride);
+  static std::size_t bytes(const Device& device, const Scene& scene, int members, std::int64_t stride);
 
  private:
   /// A column of the table: a region, and its value of the varying parameter.
@@ -41,6 +41,12 @@ class TemplateEcg {
     int total = 0;
   };
   static Columns columns_of(const Scene& scene);
+  /// Extents of the table in time.
+  struct Extents {
+    std::size_t group;
+    int samples, phases, foot, row;
+  };
+  static Extents extents_of(const Device& device, const Scene& scene);
   void run_cells(std::span<const Member> members);
   void place_cells(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& arrival);
 

@@ -18,6 +18,12 @@ double sampling_interval_ms(const Scene& scene) {
   return scene.ecg ? 1000.0 / structural(scene, "outputs.ecg.rate_hz") : 1.0;
 }
 
+int samples_of(const Scene& scene) {
+  constexpr double rounding = 1e-9;
+  return static_cast<int>(
+      std::ceil(structural(scene, "time.end_ms") / sampling_interval_ms(scene) - rounding));
+}
+
 void check_given_step(const Scene& scene) {
   const double dt = structural(scene, "time.dt_ms");
   if (dt <= 0) return;

@@ -16,6 +16,9 @@ struct TimeSteps {
 /// Interval between samples (ms): of the ECG, or of the checks where there is none.
 double sampling_interval_ms(const Scene& scene);
 
+/// Samples of a run, the last one at its end aside.
+int samples_of(const Scene& scene);
+
 /// time.dt_ms where it is given, else the largest step of the ladder that resolves the cell model's fastest
 /// rate (1/ms); substeps keep diffusion below its explicit limit (ms). Throws std::invalid_argument when a
 /// given dt does not divide the sampling interval, std::runtime_error when diffusion would take more than

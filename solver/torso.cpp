@@ -237,7 +237,7 @@ std::size_t Torso::bytes(const std::vector<double>& values) const {
     corners *= static_cast<std::size_t>(n) + 1;
   }
   const auto count = static_cast<std::size_t>(count_);
-  return EllipticSolver::bytes(grid.cells, count_, double_) +
+  return EllipticSolver::bytes(device_, grid.cells, count_, double_) +
          real * (2 * count * padded + corners + electrodes * window) + 3 * electrodes * sizeof(cl_int);
 }
 

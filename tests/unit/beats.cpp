@@ -133,6 +133,21 @@ std::vector<std::string> warnings(std::vector<std::string> overrides) {
   return stimulus_warnings(campaign.scene, members(campaign)[0].values);
 }
 
+TEST(StimulusWarnings, TellOfABoundaryCurrentThatNeverFlows) {
+  const std::string root = "electrophysiology.boundary_current_";
+  const std::string bidomain = "electrophysiology.activation=bidomain", density = root + "uA_per_mm2.x=3";
+  EXPECT_TRUE(warnings({bidomain}).empty());
+  EXPECT_TRUE(warnings({bidomain, density, root + "duration_ms=2"}).empty());
+  for (const std::vector<std::string>& odd :
+       {std::vector{bidomain, density},
+        {bidomain, root + "duration_ms=2"},
+        {bidomain, density, root + "duration_ms=2", root + "start_ms=1000"}}) {
+    const std::vector<std::string> told = warnings(odd);
+    ASSERT_EQ(told.size(), 1u) << odd.back();
+    EXPECT_NE(told[0].find("boundary current never flows"), std::string::npos);
+  }
+}
+
 TEST(StimulusWarnings, TellWhatIsOdd) {
   const auto one = [](const std::vector<std::string>& overrides) {
     const std::vector<std::string> all = warnings(overrides);

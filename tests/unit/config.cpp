@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "ensemble/identity.hpp"
 #include "ensemble/sha256.hpp"
 #include "ensemble/suggest.hpp"
 
@@ -207,6 +208,14 @@ TEST(Config, IdentityIsWhatDeterminesTheResults) {
         "parameters.geometry.heart.lv_radius_mm={log_uniform: [20, 30]}",
         "parameters.geometry.heart.lv_wall_mm={normal: [10, 1], bounds: [7, 13]}"})
     EXPECT_NE(parse_campaign(heart, "heart.yaml", {set}).sha256, plain) << set;
+}
+
+TEST(Config, IdentityNamesTheActivationOnce) {
+  const std::string text =
+      canonical_text(parse_campaign(heart, "heart.yaml", {"electrophysiology.activation=reaction_eikonal"}));
+  const std::size_t first = text.find("activation by reaction_eikonal\n");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(text.find("reaction_eikonal", first + 20), std::string::npos);
 }
 
 TEST(Config, IdentityHoldsTheShapes) {

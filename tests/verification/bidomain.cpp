@@ -330,6 +330,37 @@ std::vector<Recording> run(const Scene& scene, const std::vector<Member>& member
   return recordings;
 }
 
+// The charge that a boundary current brings follows its duration, within steps too.
+TEST(BoundaryCurrent, BringsItsChargeWhateverTheSteps) {
+  const auto change = [](double start, double duration) {
+    const std::string ep = "electrophysiology.";
+    Slab slab({4, 0.5, 0.5}, 0.5, Precision::double_, "mitchell_schaeffer",
+              {{ep + "boundary_current_uA_per_mm2.x", 1e-3},
+               {ep + "boundary_current_start_ms", start},
+               {ep + "boundary_current_duration_ms", duration},
+               {ep + "elliptic_tolerance", 1e-9}},
+              {}, ActivationMethod::bidomain);
+    Conductor conductor(slab);
+    constexpr double dt = 0.05;
+    constexpr int steps = 8;
+    slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
+    conductor.bidomain.initialise();
+    const auto cells = static_cast<std::size_t>(slab.tissue->stride);
+    std::vector<double> before = slab.read(slab.monodomain->potential(), cells);
+    for (int step = 0; step < steps; ++step)
+      conductor.bidomain.advance(*slab.tissue, *slab.monodomain, slab.parameters, step * dt, step == 0);
+    const std::vector<double> after = slab.read(slab.monodomain->potential(), cells);
+    double largest = 0;
+    for (std::size_t i = 0; i < cells; ++i)
+      if (slab.tissue->regions[i] != 255) largest = std::max(largest, std::abs(after[i] - before[i]));
+    return largest;
+  };
+  const double whole = change(0.1, 0.1);
+  EXPECT_GT(whole, 0);
+  EXPECT_NEAR(change(0.1, 0.12) / whole, 1.2, 0.02);
+  EXPECT_NEAR(change(0.1, 0.14) / whole, 1.4, 0.03);
+}
+
 // With sigma_e = 2 sigma_i and insulated, the bidomain equations are the monodomain equation of
 // sigma_i sigma_e / (sigma_i + sigma_e) (Keener & Sneyd, section 12.2): whole scenes in single precision.
 TEST(EqualAnisotropy, IsTheMonodomain) {
