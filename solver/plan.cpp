@@ -113,16 +113,28 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
   };
   if (plan.activation == ActivationMethod::reaction_eikonal && projection_refusal(scene).empty())
     plan.activation_reason += "; eikonal would give these outputs without a time loop";
-  if (plan.activation != ActivationMethod::automatic) return take_fronts();
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
   // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
   constexpr double least_cells = 1.5;
-  plan.activation = ActivationMethod::monodomain;
   const auto text = [](double x) {
     std::ostringstream stream;
     stream << std::setprecision(2) << x;
     return stream.str();
   };
+  const auto warn_of_resolution = [&] {
+    const bool follows_arrivals = plan.activation == ActivationMethod::reaction_eikonal;
+    if (!follows_arrivals && conducts && !scene.stimuli.empty() && fewest < least_cells)
+      spdlog::warn(
+          "{} on a grid too coarse for it: the front is {} cells of {} mm wide in region \"{}\" and should "
+          "be {}; "
+          "it will travel too slowly or not at all",
+          method_name(plan.activation), text(fewest), text(dx_mm), narrowest, text(least_cells));
+  };
+  if (plan.activation != ActivationMethod::automatic) {
+    warn_of_resolution();
+    return take_fronts();
+  }
+  plan.activation = ActivationMethod::monodomain;
   const bool velocity_set = sets_velocity(scene, {&base, 1}) || sets_velocity(scene, members);
   if (scene.stimuli.empty()) {
     plan.activation_reason = "nothing stimulates the tissue: no front to follow";
@@ -142,6 +154,7 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
                              text(dx_mm) + " mm wide in region \"" + narrowest + "\"";
   }
   take_fronts();
+  warn_of_resolution();
   if (plan.activation == ActivationMethod::monodomain && velocity_set)
     spdlog::warn(
         "velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms have no effect: the monodomain "
@@ -267,6 +280,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
   choose_activation(device, scene, base, members, grid.dx_mm, plan);
+  if (scene.stimuli.empty() && !scene.conduction_system)
+    spdlog::warn("nothing stimulates the tissue: there are neither stimuli nor a conduction system");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
   module(

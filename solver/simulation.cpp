@@ -467,7 +467,9 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   if (s.eikonal) {
     std::vector<Recording*> all;
     for (Recording& recording : recordings) all.push_back(&recording);
+    s.launcher.profile(s.batches == 1);
     s.project(members, all);
+    s.launcher.profile(false);
   }
   ++s.batches;
   for (Recording& recording : recordings) {
