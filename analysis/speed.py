@@ -24,9 +24,9 @@ def row(path):
         wall = store.column("wall_s")[done]
         setup = store.column("setup_s")[done]
         step = [kernel for process in processes for kernel in process.kernels if kernel.name == "monodomain_step"]
-        calls = sum(kernel.calls for kernel in step)
-        step_s = sum(kernel.device_ms for kernel in step) * 1e-3 / calls
-        rate = sum(k.bytes_per_call * k.calls for k in step) / calls / step_s * 1e-9
+        calls = sum(kernel.calls for kernel in step)  # none without a time loop
+        step_s = sum(kernel.device_ms for kernel in step) * 1e-3 / calls if calls else np.nan
+        rate = sum(k.bytes_per_call * k.calls for k in step) / calls / step_s * 1e-9 if calls else np.nan
         triad = np.mean([process.triad_GB_per_s for process in processes])
         longest = max(process.wall_s for process in processes)
         updates = sum(process.cell_updates for process in processes) / longest

@@ -148,6 +148,16 @@ void read_heterogeneity(Node& node, const Scene& with_regions, Scene& scene, Mis
   std::sort(chosen.regions.begin(), chosen.regions.end());
 }
 
+/// Tells numbers that the chosen equation does not read.
+void refuse_unread(Node& map, const Scene& scene, Mistakes& mistakes) {
+  for (Node::Entry& entry : map.entries) {
+    if (const std::string why = unread_parameter(scene, entry.key); !why.empty()) {
+      entry.value.read = true;
+      mistakes.add(entry.place, map.path + ": " + why);
+    }
+  }
+}
+
 }  // namespace
 
 void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mistakes) {
@@ -170,6 +180,10 @@ void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mis
   }
   Scene regional = with_regions(scene);
   Node* regions = take_map(electrophysiology, "regions", mistakes);
+  refuse_unread(electrophysiology, scene, mistakes);
+  if (regions)
+    for (Node::Entry& region : regions->entries)
+      if (region.value.kind == Node::Kind::map) refuse_unread(region.value, scene, mistakes);
   if (regions) read_region_models(*regions, regional, scene, mistakes);
   regional.region_cell_models = scene.region_cell_models;
   const bool sound = mistakes.size() == before && !regional.regions.empty();

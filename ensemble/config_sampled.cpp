@@ -5,6 +5,7 @@
 #include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
 #include "ensemble/suggest.hpp"
+#include "solver/electrophysiology.hpp"
 
 namespace cohort {
 
@@ -137,7 +138,11 @@ void read_distribution(Node& node, const Parameter& parameter, Distribution& dis
   }
 }
 
-std::string no_such_parameter(const std::string& path, const ParameterTable& table) {
+std::string no_such_parameter(const std::string& path, const Scene& scene) {
+  const ParameterTable& table = scene.parameters;
+  if (path.starts_with("electrophysiology."))
+    if (const std::string why = unread_parameter(scene, path.substr(path.rfind('.') + 1)); !why.empty())
+      return fmt::format("parameter \"{}\": {}", path, why);
   if (table.find(path + ".x") >= 0)
     return fmt::format("parameter \"{}\" is a vector; name a component, \"{}.x\", .y or .z", path, path);
   std::vector<std::string> paths;
@@ -153,7 +158,7 @@ void read_sampled(Node& map, Campaign& campaign, Mistakes& mistakes) {
   for (Node::Entry& entry : map.entries) {
     const int index = table.find(entry.key);
     if (index < 0) {
-      mistakes.add(entry.place, no_such_parameter(entry.key, table));
+      mistakes.add(entry.place, no_such_parameter(entry.key, campaign.scene));
       continue;
     }
     if (table[index].structural) {

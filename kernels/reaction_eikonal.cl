@@ -5,7 +5,7 @@
 // (Colli Franzone & Guerri, Math. Biosci. 113 (1993) 145; Keener, J. Math. Biol. 29 (1991) 629)
 //     sqrt(grad T . M grad T) = 1 + div(D grad T),     no flux at the walls,   M = c^2 D with the plane speed c sqrt(D).
 //
-// Needs segments.clh, stimulus.clh and diffusion.clh, and -D PARAMETERS, REGION_SLOTS, region_slot[] (generated).
+// Needs segments.clh, stimulus.clh and diffusion.clh, and -D PARAMETERS, PASSIVE_LIFT_ms, REGION_SLOTS, region_slot[] (generated).
 
 #define UNREACHED R(1e9)
 #define LATENCIES 2  // of a stimulus in a region: from its start until the front leaves it; until its inside is activated
@@ -121,6 +121,8 @@ kernel void front_slowness(global const real *restrict T, global const real *res
 
 // The trigger: a stimulus that ends when the front arrives, as long as the cell model needs to its threshold.
 // trigger (members, REGION_SLOTS, 2): amplitude mV/ms, length ms. Beats: count arrivals, period ms apart.
+// A front that arrives before the stimulus could have begun leaves it less time: the same lift, from 0 to the arrival, but
+// for what the cell's own currents add or take in that time (PASSIVE_LIFT_ms times the amplitude lifts a cell without any).
 // activation: see monodomain.cl; a crossing within this stimulus is recorded here.
 kernel void trigger_cells(global real *restrict V, global const real *restrict arrival,
                           global const ushort *restrict member_of, global const uchar *restrict region,
@@ -132,11 +134,14 @@ kernel void trigger_cells(global real *restrict V, global const real *restrict a
   const int member = member_of[i / LANES];
   global const real *t = trigger + 2 * (member * REGION_SLOTS + region_slot[r]);
   const real period = beats[2 * member], count = beats[2 * member + 1];
-  const real first = time_whole - (arrival[i] - t[1]) + time_fraction;  // since the first beat's stimulus began
+  if (!(t[1] > 0)) return;  // nothing lifts this cell so far
+  const real length = clamp(arrival[i], fmin(dt, t[1]), t[1]);
+  const real lift = t[0] * (length < t[1] ? mix((real)PASSIVE_LIFT_ms, t[1], length / t[1]) : t[1]);
+  const real first = time_whole - fmax(arrival[i] - length, R(0.0)) + time_fraction;  // since the first beat's stimulus began
   const real beat = period > 0 ? clamp(floor((first + dt) / period), R(0.0), count - 1) : 0;
   const real since = first - beat * period;
-  if (since + dt <= 0 || since >= t[1]) return;
-  const real before = V[i], after = before + dt * t[0] * pulse_overlap(since, dt, t[1]);
+  if (since + dt <= 0 || since >= length) return;
+  const real before = V[i], after = before + dt * lift / length * pulse_overlap(since, dt, length);
   V[i] = after;
 #ifdef ACTIVATION
   const real threshold = parameters[(size_t)member * PARAMETERS + PARAM_electrophysiology_activation_threshold_mV];

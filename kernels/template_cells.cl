@@ -23,10 +23,11 @@ inline Cell at_rest(const real *p, real dt) {
 }
 
 // parameters (columns, CELL_PARAMETERS); columns (columns): column of the table; threshold (columns), reference (columns)
-// mV. A stimulus lifts the cell from rest to the threshold and ends there; time 0 of the column is the crossing.
+// mV. A stimulus lifts the cell from rest to the threshold and ends there; time 0 of the column is the crossing. A cell
+// that it does not lift so far is silent (columns) 1: its column is no number, but for the rest in front.
 kernel void run_templates(global const real *restrict parameters, global const int *restrict columns,
                           global const real *restrict threshold, global const real *restrict reference,
-                          global real *restrict table, const real interval) {
+                          global real *restrict table, global int *restrict silent, const real interval) {
   const int c = get_global_id(0);
   global real *out = table + (size_t)columns[c] * (PHASES + 1) * ROW;
   real p[CELL_PARAMETERS];
@@ -44,6 +45,13 @@ kernel void run_templates(global const real *restrict parameters, global const i
     cell_step(&cell.V, cell.state, cell.d, dt, STIMULUS_mV_per_ms);
     crossed = before < threshold[c] && cell.V >= threshold[c];
     if (crossed) crossing = step + (threshold[c] - before) / (cell.V - before);
+  }
+
+  silent[c] = !crossed && isless(fabs((real)cell.V), R(1000.0));  // else unstable, which the samples tell
+  if (!crossed) {
+    for (int n = 0; n < (PHASES + 1) * ROW; ++n) out[n] = NAN;
+    out[0] = p[REST] - reference[c];
+    return;
   }
 
   // Again, written at every spacing before and after it.

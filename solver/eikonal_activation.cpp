@@ -4,9 +4,29 @@
 
 namespace cohort {
 
+namespace {
+
+// Why the values of a member give some region no velocity; empty where all have one.
+std::string without_velocity(const Scene& scene, std::span<const double> values) {
+  const RegionParameters regions = region_parameters(scene);
+  for (size_t r = 0; r < scene.regions.size(); ++r) {
+    if (regions.slot[r] < 0) continue;
+    const auto first =
+        values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
+    if (!(first[0] > 0) || !(first[1] > 0))
+      return "activation: eikonal needs velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms; "
+             "region \"" +
+             scene.regions[r].name + "\" has none";
+  }
+  return {};
+}
+
+}  // namespace
+
 EikonalActivation::EikonalActivation(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                                      int members_per_batch)
     : launcher_(launcher),
+      scene_(scene),
       precision_(scene.precision),
       network_(launcher, scene, definitions, members_per_batch),
       eikonal_(launcher, scene, definitions, activation_graphs(scene)) {
@@ -21,18 +41,9 @@ std::string EikonalActivation::refusal(const Scene& scene) {
   if (!scene.stimuli.empty())
     return "activation: eikonal starts at the nodes of the conduction system; stimuli have no effect beside "
            "it";
-  const RegionParameters regions = region_parameters(scene);
   std::vector<double> values = scene.parameters.values();
   scene.parameters.resolve(values);
-  for (size_t r = 0; r < scene.regions.size(); ++r) {
-    if (regions.slot[r] < 0) continue;
-    const auto first =
-        values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
-    if (!(first[0] > 0) || !(first[1] > 0))
-      return "activation: eikonal needs velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms; "
-             "region \"" +
-             scene.regions[r].name + "\" has none";
-  }
+  if (const std::string why = without_velocity(scene, values); !why.empty()) return why;
   if (activation_fields(scene) > 1)
     return "activation: eikonal knows one beat, and outputs.activation asks for beats";
   return {};
@@ -53,6 +64,9 @@ void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& paramet
     activation_ = launcher_.device().allocate(n * sizeof(float));
   }
   network_.assemble(tissue, parameters, members);
+  defects_ = network_.missing();
+  for (size_t m = 0; m < members.size(); ++m)
+    if (const std::string why = without_velocity(scene_, members[m].values); !why.empty()) defects_[m] = why;
   const auto n = static_cast<std::size_t>(tissue.stride);
   launcher_(speeds_, cl::NDRange(n), cl::NDRange(Tissue::group), static_cast<double>(n) * (1 + 2 * real),
             parameters, tissue.member_of, tissue.region, speed_, tissue.stride);

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "solver/conduction_system.hpp"
 
@@ -22,7 +23,7 @@ class EikonalActivation {
   std::vector<float> activation(const Tissue& tissue, double end_ms);
   const ConductionNetwork& network() const { return network_; }
   /// Why member m cannot be activated; empty when it can.
-  const std::string& defect(std::size_t m) const { return network_.missing()[m]; }
+  const std::string& defect(std::size_t m) const { return defects_[m]; }
 
   /// Why this method cannot activate the scene; empty when it can.
   static std::string refusal(const Scene& scene);
@@ -30,10 +31,12 @@ class EikonalActivation {
 
  private:
   Launcher& launcher_;
+  const Scene& scene_;
   Precision precision_;
   ConductionNetwork network_;
   Eikonal eikonal_;
   int capacity_ = 0;
+  std::vector<std::string> defects_;  ///< by member
   cl::Buffer speed_, activation_;
   Launcher::Handle speeds_, recorded_;
 };

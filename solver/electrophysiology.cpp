@@ -13,30 +13,42 @@ namespace {
 constexpr const char* thesis = "thesis, section 7.1 (0.20 and 0.05 mS/mm)";
 constexpr const char* niederer = "Niederer et al. 2011, table 1";
 
-// The conductivities and velocities that a region may set for itself, in the order of its run in the table.
+constexpr const char* conductivity = "conductivity_longitudinal_mS_per_mm";
+constexpr const char* intracellular = "intracellular_longitudinal_mS_per_mm";
+constexpr const char* extracellular = "extracellular_longitudinal_mS_per_mm";
+constexpr const char* velocity = "velocity_longitudinal_mm_per_ms";
+
+// The conductivities and velocities that a region may set for itself, in the order of its run in the table:
+// those that the scene's equations read.
 std::vector<Parameter> conductivities(const Scene& scene) {
-  std::vector<Parameter> list = {
-      {"conductivity_longitudinal_mS_per_mm", "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres",
-       thesis},
-      {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
-       thesis},
-      {"intracellular_longitudinal_mS_per_mm", "mS/mm", 0.17, 0, 10,
-       "intracellular conductivity along fibres, source of the ECG", niederer},
-      {"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
-       "intracellular conductivity across fibres, source of the ECG",
-       "ratio to the longitudinal one as in the monodomain conductivities"},
-      {"velocity_longitudinal_mm_per_ms", "mm/ms", 0, 0, 10,
-       "eikonal conduction velocity along fibres; 0: that of the cell model in a cable of this conductivity",
-       "the cell model"},
-      {"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10,
-       "eikonal conduction velocity across fibres; 0: that of the cell model in a cable of this conductivity",
-       "the cell model"},
-  };
-  if (scene.activation_method == ActivationMethod::bidomain) {
-    list.push_back({"extracellular_longitudinal_mS_per_mm", "mS/mm", 0.62, 1e-4, 10,
-                    "extracellular conductivity along fibres", niederer});
+  const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
+  std::vector<Parameter> list;
+  if (!bidomain)
+    list = {
+        {conductivity, "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres", thesis},
+        {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
+         thesis},
+    };
+  list.push_back({intracellular, "mS/mm", 0.17, 0, 10,
+                  "intracellular conductivity along fibres, source of the ECG", niederer});
+  list.push_back({"intracellular_transverse_mS_per_mm", "mS/mm", 0.044, 0, 10,
+                  "intracellular conductivity across fibres, source of the ECG",
+                  "ratio to the longitudinal one as in the monodomain conductivities"});
+  if (bidomain) {
+    list.push_back(
+        {extracellular, "mS/mm", 0.62, 1e-4, 10, "extracellular conductivity along fibres", niederer});
     list.push_back({"extracellular_transverse_mS_per_mm", "mS/mm", 0.24, 1e-4, 10,
                     "extracellular conductivity across fibres", niederer});
+  }
+  if (!bidomain && scene.activation_method != ActivationMethod::monodomain) {
+    list.push_back({velocity, "mm/ms", 0, 0, 10,
+                    "eikonal conduction velocity along fibres; 0: that of the cell model in a cable of this "
+                    "conductivity",
+                    "the cell model"});
+    list.push_back({"velocity_transverse_mm_per_ms", "mm/ms", 0, 0, 10,
+                    "eikonal conduction velocity across fibres; 0: that of the cell model in a cable of this "
+                    "conductivity",
+                    "the cell model"});
   }
   return list;
 }
@@ -119,10 +131,17 @@ RegionParameters region_parameters(const Scene& scene) {
   const ParameterTable& table = scene.parameters;
   const std::string root = "electrophysiology.";
   RegionParameters result{};
-  result.intracellular_offset = 2;
-  result.velocity_offset = 4;
-  result.extracellular_offset = 6;
-  result.stride = static_cast<int>(conductivities(scene).size());
+  const std::vector<Parameter> run_of_region = conductivities(scene);
+  const auto offset = [&](const char* path) {
+    const auto found = std::find_if(run_of_region.begin(), run_of_region.end(),
+                                    [&](const Parameter& p) { return p.path == path; });
+    return found == run_of_region.end() ? -1 : static_cast<int>(found - run_of_region.begin());
+  };
+  result.conductivity_offset = offset(conductivity);
+  result.intracellular_offset = offset(intracellular);
+  result.velocity_offset = offset(velocity);
+  result.extracellular_offset = offset(extracellular);
+  result.stride = static_cast<int>(run_of_region.size());
   result.first = -1;
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     const Region& region = scene.regions[r];
@@ -132,13 +151,35 @@ RegionParameters region_parameters(const Scene& scene) {
     result.cell_first.push_back(-1);
     if (!region.excitable) continue;
     const std::string run = root + "regions." + region.name + ".";
-    if (result.first < 0) result.first = table.index(run + conductivities(scene).front().path);
+    if (result.first < 0) result.first = table.index(run + run_of_region.front().path);
     const CellModel& model = models.all()[static_cast<size_t>(models.of_region()[r])];
     result.cell_first.back() = table.index(run + model.parameters.front().path);
   }
   for (const CellModel& model : models.all())
     result.model_first.push_back(table.index(root + model.name + "." + model.parameters.front().path));
   return result;
+}
+
+std::string unread_parameter(const Scene& scene, const std::string& name) {
+  const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
+  const auto stands_in = [](const std::vector<Parameter>& list, const std::string& path) {
+    return std::any_of(list.begin(), list.end(), [&](const Parameter& p) { return p.path == path; });
+  };
+  if (stands_in(conductivities(scene), name)) return {};
+  if (name.starts_with("velocity_")) {
+    Scene other;
+    other.activation_method = ActivationMethod::reaction_eikonal;
+    if (!stands_in(conductivities(other), name)) return {};
+    return name + " has no effect with activation: " + (bidomain ? "bidomain" : "monodomain") +
+           ", which conducts by its conductivities; eikonal and reaction_eikonal take velocities";
+  }
+  Scene other;
+  other.activation_method = bidomain ? ActivationMethod::monodomain : ActivationMethod::bidomain;
+  if (!stands_in(conductivities(other), name)) return {};
+  return bidomain ? name +
+                        " has no effect with activation: bidomain, which takes the intracellular and "
+                        "extracellular conductivities"
+                  : name + " has no effect without activation: bidomain";
 }
 
 void declare_stimuli(Scene& scene) {

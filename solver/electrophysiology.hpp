@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "solver/scene.hpp"
@@ -12,16 +13,23 @@ namespace cohort {
 /// std::invalid_argument for a model of a region that does not exist or is not excitable.
 void declare_electrophysiology(Scene& scene);
 
+/// Why the scene has no electrophysiology parameter `name` (the last part of its path) though another method
+/// of activation would read it; empty for any other name.
+std::string unread_parameter(const Scene& scene, const std::string& name);
+
 /// Declares stimuli.<name>.*, for the stimuli of the scene.
 void declare_stimuli(Scene& scene);
 
 /// Where the parameters of regions stand in the table. Tissue: region r (excitable) has a run of `stride`
-/// numbers from first + stride slot[r]: conductivities along and across, intracellular conductivities along
-/// and across, velocities along and across, and with the bidomain equations the extracellular conductivities.
+/// numbers from first + stride slot[r], in pairs along and across fibres; an offset is -1 where the scene's
+/// equations do not read what would stand there.
 /// Cells: region r has its model's parameters, in the model's order, from cell_first[r] on, and model m of
 /// CellModels its own, from which they inherit, from model_first[m] on.
 struct RegionParameters {
-  int first, stride, intracellular_offset, velocity_offset, slots;
+  int first, stride, slots;
+  int conductivity_offset;       ///< not with the bidomain equations
+  int intracellular_offset;      ///< always
+  int velocity_offset;           ///< not where activation is set to monodomain or bidomain
   int extracellular_offset;      ///< bidomain only
   std::vector<int> slot;         ///< by region; -1 where not excitable
   std::vector<int> bath;         ///< by region: its bath's conductivity, or -1

@@ -197,8 +197,9 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     derived_fields_ =
         device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
   }
-  const int conductivity =
-      scene_.activation_method == ActivationMethod::bidomain ? regions_.intracellular_offset : 0;
+  const int conductivity = scene_.activation_method == ActivationMethod::bidomain
+                               ? regions_.intracellular_offset
+                               : regions_.conductivity_offset;
   diffusion.assemble(tissue, parameters, conductivity, 1.0, Diffusion::Use::monodomain, stencil_);
   diffusion_limit_ms_.clear();
   for (const double largest : diffusion.bound(tissue, stencil_))

@@ -51,8 +51,22 @@ std::string projection_refusal(const Scene& scene) {
   return why.empty() ? TemplateEcg::refusal(scene) : why;
 }
 
+// Whether any of `members` sets a conduction velocity.
+bool sets_velocity(const Scene& scene, std::span<const Member> members) {
+  const RegionParameters regions = region_parameters(scene);
+  if (regions.velocity_offset < 0) return false;
+  for (const Member& member : members)
+    for (const int slot : regions.slot) {
+      if (slot < 0) continue;
+      const auto at = static_cast<size_t>(regions.first + slot * regions.stride + regions.velocity_offset);
+      if (member.values[at] > 0 || member.values[at + 1] > 0) return true;
+    }
+  return false;
+}
+
 // Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
-void choose_activation(Device& device, const Scene& scene, const Member& base, double dx_mm, Plan& plan) {
+void choose_activation(Device& device, const Scene& scene, const Member& base,
+                       std::span<const Member> members, double dx_mm, Plan& plan) {
   plan.activation = scene.activation_method;
   plan.activation_reason = "electrophysiology.activation";
   // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
@@ -77,10 +91,9 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
   double fewest = 1e9;  // cells that a front is wide
   std::string narrowest;
   bool conducts = true;
-  for (const RegionFront& front : region_fronts(conduction, scene, {&base, 1})) {
+  const std::vector<RegionFront> fronts = region_fronts(conduction, scene, {&base, 1});
+  for (const RegionFront& front : fronts) {
     const std::string& name = scene.regions[static_cast<size_t>(front.region)].name;
-    plan.conduction.push_back(
-        {name, front.along_mm_per_ms, front.across_mm_per_ms, front.width_along_mm, front.width_across_mm});
     if (!(front.front.speed > 0)) conducts = false;
     const double cells = std::min(front.width_along_mm, front.width_across_mm) / dx_mm;
     if (cells < fewest) {
@@ -88,9 +101,19 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
       narrowest = name;
     }
   }
+  // Velocities of the equation that is solved: those that are set are for arrival times alone.
+  const auto take_fronts = [&] {
+    const bool arrivals = plan.activation == ActivationMethod::reaction_eikonal;
+    for (const RegionFront& front : fronts)
+      plan.conduction.push_back(
+          {scene.regions[static_cast<size_t>(front.region)].name,
+           arrivals && front.given_along > 0 ? front.given_along : front.along_mm_per_ms,
+           arrivals && front.given_across > 0 ? front.given_across : front.across_mm_per_ms,
+           front.width_along_mm, front.width_across_mm});
+  };
   if (plan.activation == ActivationMethod::reaction_eikonal && projection_refusal(scene).empty())
     plan.activation_reason += "; eikonal would give these outputs without a time loop";
-  if (plan.activation != ActivationMethod::automatic) return;
+  if (plan.activation != ActivationMethod::automatic) return take_fronts();
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
   // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
   constexpr double least_cells = 1.5;
@@ -100,12 +123,16 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
     stream << std::setprecision(2) << x;
     return stream.str();
   };
+  const bool velocity_set = sets_velocity(scene, {&base, 1}) || sets_velocity(scene, members);
   if (scene.stimuli.empty()) {
     plan.activation_reason = "nothing stimulates the tissue: no front to follow";
   } else if (!one_front(scene, base.values)) {
     plan.activation_reason = "the stimuli pace more than one front";
   } else if (!conducts) {
     plan.activation_reason = "a cable of these cells conducts no plane front";
+  } else if (velocity_set) {
+    plan.activation = ActivationMethod::reaction_eikonal;
+    plan.activation_reason = "velocity_longitudinal_mm_per_ms or velocity_transverse_mm_per_ms is set";
   } else if (fewest >= least_cells) {
     plan.activation_reason = "the grid resolves the front: " + text(fewest) + " cells of " + text(dx_mm) +
                              " mm at least, in region \"" + narrowest + "\"";
@@ -114,6 +141,11 @@ void choose_activation(Device& device, const Scene& scene, const Member& base, d
     plan.activation_reason = "the grid is too coarse for the front, which is " + text(fewest) + " cells of " +
                              text(dx_mm) + " mm wide in region \"" + narrowest + "\"";
   }
+  take_fronts();
+  if (plan.activation == ActivationMethod::monodomain && velocity_set)
+    spdlog::warn(
+        "velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms have no effect: the monodomain "
+        "equation conducts by its conductivities; electrophysiology.activation: reaction_eikonal takes them");
 }
 
 // What is odd about the protocol, and for how many members; about the scene's own values where there are
@@ -234,7 +266,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (labels) geometry_bytes += 8 * sizeof(float) * plan.segments * Tissue::lanes;
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
          geometry_bytes);
-  choose_activation(device, scene, base, grid.dx_mm, plan);
+  choose_activation(device, scene, base, members, grid.dx_mm, plan);
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
   module(

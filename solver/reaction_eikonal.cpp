@@ -10,7 +10,7 @@ namespace cohort {
 
 namespace {
 
-constexpr double trigger_length_ms = 1;  // about, for a cell without currents: sets the amplitude
+constexpr double trigger_length_ms = 1;  // for a cell without currents: sets the amplitude
 constexpr double pulse_ms = 2;           // of the stimulus that starts a cable's front
 constexpr int latencies = 2;
 
@@ -30,9 +30,16 @@ struct RegionNumbers {
   double value(const std::string& path) const {
     return member.values[static_cast<size_t>(scene.parameters.index(path))];
   }
-  double diffusivity(int offset) const {
-    return tissue(offset) / (value("electrophysiology.surface_to_volume_per_mm") *
-                             value("electrophysiology.capacitance_uF_per_mm2"));
+  /// Along (0) or across (1) fibres, of the equation that the scene solves: of the bidomain equations that
+  /// of a plane front in tissue without a bath.
+  double diffusivity(int direction) const {
+    const double membrane = value("electrophysiology.surface_to_volume_per_mm") *
+                            value("electrophysiology.capacitance_uF_per_mm2");
+    if (scene.activation_method != ActivationMethod::bidomain)
+      return tissue(regions.conductivity_offset + direction) / membrane;
+    const double inside = tissue(regions.intracellular_offset + direction);
+    const double outside = tissue(regions.extracellular_offset + direction);
+    return inside * outside / (inside + outside) / membrane;
   }
   double threshold_mV() const { return value("electrophysiology.activation_threshold_mV"); }
   Cable cable(double amplitude, double duration) const {
@@ -64,11 +71,11 @@ std::vector<RegionFront> region_fronts(Conduction& conduction, const Scene& scen
       const RegionNumbers numbers{scene, models, regions, member, r};
       const Front& front = fronts[result.size()];
       const double D_along = numbers.diffusivity(0), D_across = numbers.diffusivity(1);
-      const double given_along = numbers.tissue(regions.velocity_offset);
-      const double given_across = numbers.tissue(regions.velocity_offset + 1);
-      result.push_back({static_cast<int>(r), front, D_along, D_across,
-                        given_along > 0 ? given_along : front.speed * std::sqrt(D_along),
-                        given_across > 0 ? given_across : front.speed * std::sqrt(D_across),
+      const bool may_be_given = regions.velocity_offset >= 0;
+      result.push_back({static_cast<int>(r), front, D_along, D_across, front.speed * std::sqrt(D_along),
+                        front.speed * std::sqrt(D_across),
+                        may_be_given ? numbers.tissue(regions.velocity_offset) : 0,
+                        may_be_given ? numbers.tissue(regions.velocity_offset + 1) : 0,
                         front.width_mm * std::sqrt(D_along), front.width_mm * std::sqrt(D_across)});
     }
   return result;
@@ -88,6 +95,7 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
   std::vector<std::string> options = definitions.options;
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("STIMULI=" + std::to_string(stimuli));
+  options.push_back("PASSIVE_LIFT_ms=" + std::to_string(trigger_length_ms));
   if (scene.activation) options.push_back("ACTIVATION");
   if (activation_fields(scene) > 1) options.push_back("BEATS");
   const cl::Program program =
@@ -139,8 +147,8 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
   const auto slots = static_cast<std::size_t>(regions.slots), stimuli = scene_.stimuli.size();
   std::vector<double> speeds;
   for (const RegionFront& front : region_fronts(conduction_, scene_, members)) {
-    speeds.push_back(front.along_mm_per_ms);
-    speeds.push_back(front.across_mm_per_ms);
+    speeds.push_back(front.given_along > 0 ? front.given_along : front.along_mm_per_ms);
+    speeds.push_back(front.given_across > 0 ? front.given_across : front.across_mm_per_ms);
   }
   std::vector<Cable> triggers, starts;
   std::vector<std::size_t> start_of;  // of each latency: its cable
@@ -172,6 +180,13 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
     }
   }
   const std::vector<double> lengths = conduction_.uniform_latency(triggers);
+  untriggered_.assign(members.size(), {});
+  for (size_t m = 0; m < members.size(); ++m)
+    for (size_t r = 0; r < scene_.regions.size(); ++r)
+      if (regions.slot[r] >= 0 && !(lengths[m * slots + static_cast<size_t>(regions.slot[r])] > 0))
+        untriggered_[m] = "cells of region \"" + scene_.regions[r].name +
+                          "\" do not rise through electrophysiology.activation_threshold_mV when they are "
+                          "stimulated: a front cannot trigger them";
   for (size_t k = 0; k < triggers.size(); ++k) {
     triggered.push_back(triggers[k].amplitude_mV_per_ms);
     triggered.push_back(lengths[k]);
@@ -223,9 +238,10 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
     if (t < Eikonal::unreached_ms) last_ms_ = std::max(last_ms_, t);
   }
   first_ms_ -= lengths.empty() ? 0 : *std::max_element(lengths.begin(), lengths.end());
-  double train = 0;  // from the first beat to the last, of the member that paces longest
-  for (size_t m = 0; m < members.size(); ++m) train = std::max(train, beats[2 * m] * (beats[2 * m + 1] - 1));
-  last_ms_ += train;
+  double longest_train_ms = 0;
+  for (size_t m = 0; m < members.size(); ++m)
+    longest_train_ms = std::max(longest_train_ms, beats[2 * m] * (beats[2 * m + 1] - 1));
+  last_ms_ += longest_train_ms;
 }
 
 void ReactionEikonal::trigger(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters,
@@ -241,6 +257,7 @@ void ReactionEikonal::trigger(const Tissue& tissue, Monodomain& monodomain, cons
 
 std::string ReactionEikonal::defect(const Tissue& tissue, const Monodomain& monodomain, std::size_t m,
                                     const Member& member) {
+  if (!untriggered_[m].empty()) return untriggered_[m];
   if (network_ && !network_->missing()[m].empty()) return network_->missing()[m];
   const std::vector<double> block = stimulus_block(scene_, member.values);
   std::vector<double> latest(scene_.stimuli.size(), -1);  // arrival in the cells of each stimulus

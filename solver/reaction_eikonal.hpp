@@ -11,13 +11,13 @@
 
 namespace cohort {
 
-/// Speeds of the front in one region of one member, from the cable of its cells or as its parameters set
-/// them.
+/// The front in one region of one member, from the cable of its cells, and speeds that its parameters set.
 struct RegionFront {
   int region;
   Front front;                                   ///< for 1 mm2/ms
   double diffusivity_along, diffusivity_across;  ///< mm2/ms
-  double along_mm_per_ms, across_mm_per_ms;      ///< 0: no conduction
+  double along_mm_per_ms, across_mm_per_ms;      ///< of the cable; 0: no conduction
+  double given_along, given_across;              ///< mm/ms, what arrival times take instead; 0: not set
   double width_along_mm, width_across_mm;
 };
 
@@ -41,6 +41,8 @@ class ReactionEikonal {
   void trigger(const Tissue& tissue, Monodomain& monodomain, const cl::Buffer& parameters, double time_ms,
                double dt_ms);
 
+  /// When the batch's last trigger ends.
+  double last_ms() const { return last_ms_; }
   /// (stride) real ms, of the first beat.
   const cl::Buffer& arrival() const { return eikonal_.arrival(); }
   /// Why the arrival times of member m cannot stand for its stimuli; empty when they can.
@@ -57,6 +59,7 @@ class ReactionEikonal {
   int width_, members_per_batch_, capacity_ = 0;
   double first_ms_ = 0, last_ms_ = 0;  ///< of all triggers of the batch
   std::vector<double> host_arrival_;
+  std::vector<std::string> untriggered_;  ///< by member: why its cells cannot be triggered
   cl::Buffer speeds_, latency_, trigger_, beats_, speed_, initial_, slowness_;
   Launcher::Handle front_speed_, front_sources_, front_slowness_, trigger_cells_;
 };

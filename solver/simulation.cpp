@@ -272,6 +272,14 @@ void Simulation::State::project(std::span<const Member> members, std::span<Recor
     for (size_t k = 0; k < shape.ecg_ms.size(); ++k)
       store_sample(static_cast<int>(k), static_cast<double>(k) * interval, rows.data() + k * width,
                    recordings);
+    for (size_t m = 0; m < members.size(); ++m) {
+      Recording& recording = *recordings[m];
+      if (recording.outcome != Outcome::unstable || templates->silent(m).empty()) continue;
+      recording.outcome = Outcome::rejected;
+      recording.reason = templates->silent(m);
+      recording.failed_at_ms = 0;
+      std::fill(recording.ecg.begin(), recording.ecg.end(), std::numeric_limits<float>::quiet_NaN());
+    }
   }
   std::vector<float> activation;
   if (scene.activation || observation) activation = eikonal->activation(tissue, end_ms);

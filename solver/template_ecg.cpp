@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 
 #include "solver/geometry.hpp"
@@ -127,7 +128,8 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
         device.build({"cells/" + model.name + ".cl", "template_cells.cl"}, options, model.macros());
     runs_.push_back({device.allocate(cells * model.parameters.size() * real),
                      device.allocate(cells * sizeof(int)), device.allocate(cells * real),
-                     device.allocate(cells * real), launcher.handle(program, "run_templates")});
+                     device.allocate(cells * real), device.allocate(cells * sizeof(int)),
+                     launcher.handle(program, "run_templates")});
   }
 
   options = definitions.options;
@@ -188,7 +190,7 @@ std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int mem
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (columns.count[r] > 0)
       runs += static_cast<std::size_t>(columns.count[r]) *
-              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 3);
+              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 4);
   return hearts * real *
              (static_cast<std::size_t>(columns.total * (extents.phases + 1)) * row + runs +
               static_cast<std::size_t>(extents.samples) * (LeadWeights::leads + 1)) +
@@ -257,6 +259,7 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
     queue.enqueueWriteBuffer(range_, CL_TRUE, 0, packed.size(), packed.data());
   }
   if (all == last_cells_) return;
+  silent_.assign(members.size(), {});
   for (size_t k = 0; k < batches.size(); ++k) {
     const Batch& batch = batches[k];
     Runs& runs = runs_[k];
@@ -270,7 +273,22 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
     launcher_(runs.run, cl::NDRange(batch.columns.size()), cl::NDRange(1),
               static_cast<double>(batch.columns.size()) * (phases_ + 1) * row_ *
                   static_cast<double>(real_bytes(scene_.precision)),
-              runs.parameters, runs.columns, runs.threshold, runs.reference, table_, Real{interval_ms_});
+              runs.parameters, runs.columns, runs.threshold, runs.reference, table_, runs.silent,
+              Real{interval_ms_});
+    std::vector<int> silent(batch.columns.size());
+    queue.enqueueReadBuffer(runs.silent, CL_TRUE, 0, silent.size() * sizeof(int), silent.data());
+    for (size_t c = 0; c < silent.size(); ++c) {
+      if (silent[c] == 0) continue;
+      const auto m = static_cast<size_t>(batch.columns[c] / columns_.total);
+      const int column = batch.columns[c] % columns_.total;
+      std::size_t r = 0;
+      while (column < columns_.first[r] || column >= columns_.first[r] + columns_.count[r]) ++r;
+      std::ostringstream text;
+      text << "cells of region \"" << scene_.regions[r].name
+           << "\" do not rise through electrophysiology.activation_threshold_mV (" << batch.threshold[c]
+           << ") when they are stimulated: they have no action potential";
+      silent_[m] = text.str();
+    }
   }
   last_cells_ = std::move(all);
 }

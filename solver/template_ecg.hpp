@@ -25,6 +25,9 @@ class TemplateEcg {
   std::vector<double> series(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& arrival,
                              const cl::Buffer& weights, std::span<const Member> members);
 
+  /// Why cells of member m of the last series() have no action potential behind their arrival: what they are
+  /// is then no number. Empty where all have one.
+  const std::string& silent(std::size_t m) const { return silent_[m]; }
   /// Spacing of the templates in time.
   double spacing_ms() const { return interval_ms_ / phases_; }
   /// Whether the scene's heterogeneity can be tabulated; empty, or why not.
@@ -57,12 +60,13 @@ class TemplateEcg {
   int samples_, phases_, row_;
   double interval_ms_;
   int capacity_ = 0, capacity_blocks_ = 0;
-  std::vector<double> last_cells_;  ///< parameters that the table holds
+  std::vector<double> last_cells_;   ///< parameters that the table holds
+  std::vector<std::string> silent_;  ///< by member of that table
   cl::Buffer table_, column_first_, column_count_, range_, column_of_, place_, start_, share_, partial_,
       series_, first_block_;
   /// Of one cell model: the cells that are run for the table.
   struct Runs {
-    cl::Buffer parameters, columns, threshold, reference;
+    cl::Buffer parameters, columns, threshold, reference, silent;
     Launcher::Handle run;
   };
   std::vector<Runs> runs_;

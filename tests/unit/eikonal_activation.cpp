@@ -297,6 +297,33 @@ TEST(TemplateEcg, AMembersBytesDoNotDependOnItsBatch) {
   EXPECT_NE(alone[3].ecg, alone[0].ecg);
 }
 
+// Not a heart without conduction, nor one without action potentials: no flat ECG.
+TEST(TemplateEcg, RejectsMembersWithoutVelocityOrActionPotential) {
+  Scene scene = coarse_heart();
+  declare(scene);
+  const std::string root = "electrophysiology.";
+  const std::vector<Member> members = {
+      member(scene, 0, {}), member(scene, 1, {{root + "velocity_transverse_mm_per_ms", 0}}),
+      member(scene, 2, {{root + "activation_threshold_mV", 60}}),
+      member(scene, 3, {{root + "regions.ra.velocity_longitudinal_mm_per_ms", 0}})};
+  const std::vector<Recording> alone = run(scene, members, 1), together = run(scene, members, 4);
+  const char* reasons[] = {"", "velocity_longitudinal_mm_per_ms", "activation_threshold_mV",
+                           "\"ra\" has none"};
+  for (const auto* recordings : {&alone, &together}) {
+    EXPECT_EQ((*recordings)[0].outcome, Outcome::done) << (*recordings)[0].reason;
+    for (size_t m = 1; m < members.size(); ++m) {
+      const Recording& recording = (*recordings)[m];
+      EXPECT_EQ(recording.outcome, Outcome::rejected) << m;
+      EXPECT_NE(recording.reason.find(reasons[m]), std::string::npos) << recording.reason;
+      EXPECT_TRUE(
+          std::all_of(recording.ecg.begin(), recording.ecg.end(), [](float x) { return std::isnan(x); }));
+    }
+    EXPECT_EQ(
+        std::memcmp((*recordings)[0].ecg.data(), alone[0].ecg.data(), alone[0].ecg.size() * sizeof(float)),
+        0);
+  }
+}
+
 TEST(TemplateEcg, RefusesWhatItCannotTabulate) {
   Scene scene = coarse_heart();
   scene.heterogeneity.parameters = {"tau_close_ms", "tau_out_ms"};
