@@ -190,7 +190,7 @@ std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int mem
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (columns.count[r] > 0)
       runs += static_cast<std::size_t>(columns.count[r]) *
-              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 3);
+              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 4);
   return hearts * real *
              (static_cast<std::size_t>(columns.total * (extents.phases + 1)) * row + runs +
               static_cast<std::size_t>(extents.samples) * (LeadWeights::leads + 1)) +
