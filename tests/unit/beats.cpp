@@ -127,22 +127,22 @@ TEST(BeatFeatures, ChangeNothingElse) {
   EXPECT_THROW(without.feature("activations_far"), std::out_of_range);
 }
 
-std::vector<std::string> warnings(std::vector<std::string> overrides) {
+std::vector<std::string> warnings(std::vector<std::string> overrides, const std::string& file = "slab") {
   overrides.insert(overrides.begin(), "time.end_ms=1000");
-  const Campaign campaign = read_campaign(std::string(COHORT_SOURCE_DIR) + "/configs/slab.yaml", overrides);
+  const Campaign campaign =
+      read_campaign(std::string(COHORT_SOURCE_DIR) + "/configs/" + file + ".yaml", overrides);
   return stimulus_warnings(campaign.scene, members(campaign)[0].values);
 }
 
 TEST(StimulusWarnings, TellOfABoundaryCurrentThatNeverFlows) {
   const std::string root = "electrophysiology.boundary_current_";
-  const std::string bidomain = "electrophysiology.activation=bidomain", density = root + "uA_per_mm2.x=3";
-  EXPECT_TRUE(warnings({bidomain}).empty());
-  EXPECT_TRUE(warnings({bidomain, density, root + "duration_ms=2"}).empty());
-  for (const std::vector<std::string>& odd :
-       {std::vector{bidomain, density},
-        {bidomain, root + "duration_ms=2"},
-        {bidomain, density, root + "duration_ms=2", root + "start_ms=1000"}}) {
-    const std::vector<std::string> told = warnings(odd);
+  const std::string density = root + "uA_per_mm2.x=3";
+  EXPECT_TRUE(warnings({}, "bidomain").empty());
+  EXPECT_TRUE(warnings({density, root + "duration_ms=2"}, "bidomain").empty());
+  for (const std::vector<std::string>& odd : {std::vector{density},
+                                              {root + "duration_ms=2"},
+                                              {density, root + "duration_ms=2", root + "start_ms=1000"}}) {
+    const std::vector<std::string> told = warnings(odd, "bidomain");
     ASSERT_EQ(told.size(), 1u) << odd.back();
     EXPECT_NE(told[0].find("boundary current never flows"), std::string::npos);
   }
