@@ -33,7 +33,7 @@
 #endif
 #define CENTRE 13
 
-// Neighbours of every cell. graph_of_region: 0 to 254, a wave passes between cells of one graph only.
+// Neighbours of every cell. graph_of_region: a bit for each graph of a region, a wave passes between cells that share one.
 kernel void eikonal_link(global const int *restrict first_cell, global const int *restrict place,
                          global const uchar *restrict region, global const uchar *restrict graph_of_region,
                          global const uchar *restrict sheet, const int with_sheet, global int *restrict linked,
@@ -47,7 +47,7 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
     for (int k = 0; k < 27; ++k) {
       const int n = clamp(cell + k % 3 - 1 + NX * (k / 3 % 3 - 1 + NY * (k / 9 - 1)), 0, grid_cells - 1);
       const int j = LANES * place[n / LANES] + n % LANES, r = region[j];
-      if (k == CENTRE || r == NO_REGION || graph_of_region[r] != graph) continue;
+      if (k == CENTRE || r == NO_REGION || (graph_of_region[r] & graph) == 0) continue;
       links |= 1 << k;
       if (own_sheet != 0 && sheet[j] == own_sheet) same_sheet |= 1 << k;
     }

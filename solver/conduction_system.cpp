@@ -86,10 +86,15 @@ void declare_conduction_system(Scene& scene) {
 }
 
 std::vector<std::uint8_t> activation_graphs(const Scene& scene) {
-  if (!scene.conduction_system || scene.conduction_system->kind == ConductionSystem::Kind::path) return {};
+  if (scene.geometry != GeometryKind::heart && scene.geometry != GeometryKind::labels) return {};
+  constexpr std::uint8_t atria = 1, ventricles = 2;
   std::vector<std::uint8_t> graphs;
-  for (const Region& region : scene.regions)
-    graphs.push_back(region.name == "la" || region.name == "ra" || region.name == "bachmann" ? 0 : 1);
+  for (const Region& region : scene.regions) {
+    if (region.name == "la" || region.name == "ra" || region.name == "bachmann")
+      graphs.push_back(atria);
+    else
+      graphs.push_back(region.name == "conduction_path" ? atria | ventricles : ventricles);
+  }
   return graphs;
 }
 

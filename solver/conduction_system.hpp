@@ -18,8 +18,8 @@ std::vector<ConductionSystem::EarlySite> default_early_sites();
 /// atrioventricular nodes, speed and extent of the fast layer, place and time of each early site.
 void declare_conduction_system(Scene& scene);
 
-/// Number of the graph that each region belongs to for Eikonal: atria and ventricles apart, unless the
-/// conduction path joins them or there is no conduction system.
+/// Graphs that each region belongs to for Eikonal, a bit for each: atria and ventricles apart, the conduction
+/// path in both. Empty for geometries without atria and ventricles.
 std::vector<std::uint8_t> activation_graphs(const Scene& scene);
 
 /// The conduction system of a batch on the device (kernels/conduction_system.cl): the fast layer as a sheet

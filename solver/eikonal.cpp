@@ -35,7 +35,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   sheet_sweep_ = launcher.handle(device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated),
                                  "eikonal_sweep");
 
-  graph_of_region.resize(255, 0);
+  graph_of_region.resize(255, 1);
   graph_of_region_ = device.allocate(graph_of_region.size());
   launcher.queue().enqueueWriteBuffer(graph_of_region_, CL_TRUE, 0, graph_of_region.size(),
                                       graph_of_region.data());

@@ -30,8 +30,8 @@ class Eikonal {
     const cl::Buffer& speed;
   };
 
-  /// graph_of_region: waves pass between cells of regions with one number alone (atria and ventricles that
-  /// touch); empty: all are one graph.
+  /// graph_of_region: a bit for each graph that a region belongs to; waves pass between cells that share one
+  /// (atria and ventricles may touch, a path between them belongs to both). Empty: all are one graph.
   Eikonal(Launcher& launcher, const Scene& scene, const Definitions& definitions,
           std::vector<std::uint8_t> graph_of_region = {});
 

@@ -188,6 +188,24 @@ TEST(ConductionSystem, VentriclesFollowTheNodeAndItsDelay) {
   }
 }
 
+// Above the base the outflow and the right atrium come within a corner of each other.
+TEST(ConductionSystem, ThePathAloneLeadsFromAtriaToVentricles) {
+  Scene scene = coarse_heart();
+  scene.conduction_system->kind = ConductionSystem::Kind::path;
+  declare(scene, 2);
+  Parts heart(scene, {});
+  const std::vector<float> arrival = heart.activation.activation(heart.tissue, 1e6);
+  std::map<std::string, float> first;
+  for (std::size_t i = 0; i < arrival.size(); ++i) {
+    if (heart.tissue.regions[i] == 255) continue;
+    float& time = first.try_emplace(scene.regions[heart.tissue.regions[i]].name, arrival[i]).first->second;
+    time = std::min(time, arrival[i]);
+  }
+  EXPECT_LT(first.at("ra"), first.at("conduction_path"));
+  EXPECT_LT(first.at("conduction_path"), first.at("lv"));
+  EXPECT_LT(first.at("conduction_path"), first.at("rv"));
+}
+
 // The equations of kernels/cells/mitchell_schaeffer.cl on the host, finely: potential at multiples of
 // `spacing` after the crossing of 0 mV, driven to it from rest.
 std::vector<double> action_potential(double tau, double spacing, double length) {
