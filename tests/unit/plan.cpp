@@ -1,4 +1,7 @@
 // What a plan states beside what then runs.
+#include <chrono>
+#include <thread>
+
 #include "ensemble/config.hpp"
 #include "ensemble/members.hpp"
 #include "ensemble/plan_campaign.hpp"
