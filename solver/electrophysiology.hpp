@@ -27,7 +27,7 @@ void declare_stimuli(Scene& scene);
 /// CellModels its own, from which they inherit, from model_first[m] on.
 struct RegionParameters {
   int first, stride, slots;
-  int conductivity_offset;       ///< not with the bidomain equations
+  int conductivity_offset;       ///< not with the bidomain equations, nor with eikonal
   int intracellular_offset;      ///< always
   int velocity_offset;           ///< not where activation is set to monodomain or bidomain
   int extracellular_offset;      ///< bidomain only
