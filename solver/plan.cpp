@@ -11,6 +11,7 @@
 #include "solver/bidomain.hpp"
 #include "solver/eikonal_activation.hpp"
 #include "solver/forward_ecg.hpp"
+#include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/probes.hpp"
@@ -176,6 +177,20 @@ void warn_of_protocol(const Scene& scene, std::span<const Member> members, const
   }
 }
 
+// Layers that cross in every member are a mistake of the scene; those of some members are rejected with them.
+void check_layers(const Scene& scene, std::span<const Member> members, const Member& base) {
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  std::size_t crossing = 0;
+  std::string why;
+  for (const Member& member : all)
+    if (const std::string defect = layer_defect(scene, member.values); !defect.empty()) {
+      if (crossing == 0) why = defect;
+      ++crossing;
+    }
+  if (crossing == all.size()) throw std::invalid_argument(why);
+  if (crossing > 0) spdlog::warn("{}, in {} of {} members: they will be rejected", why, crossing, all.size());
+}
+
 void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base) {
   if (!scene.activation) return;
   for (const std::string& probe : scene.activation->probes)
@@ -223,6 +238,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
+  check_layers(scene, members, base);
   warn_of_protocol(scene, members, base);
   warn_of_probes(scene, tissue, base);
   plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);
@@ -282,6 +298,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   choose_activation(device, scene, base, members, grid.dx_mm, plan);
   if (scene.stimuli.empty() && !scene.conduction_system)
     spdlog::warn("nothing stimulates the tissue: there are neither stimuli nor a conduction system");
+  if (scene.conduction_system && scene.conduction_system->kind == ConductionSystem::Kind::delay &&
+      scene.conduction_system->early_sites.empty() && scene.stimuli.empty())
+    spdlog::warn("the ventricles are never activated: every early site of the conduction system is off");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
   module(
