@@ -187,6 +187,18 @@ std::string unread_parameter(const Scene& scene, const std::string& name) {
   return name + " has no effect without activation: bidomain";
 }
 
+std::vector<std::pair<int, double>> region_defaults(const Scene& scene, const std::string& beginning) {
+  const RegionParameters regions = region_parameters(scene);
+  const std::vector<Parameter> run_of_region = conductivities(scene);
+  std::vector<std::pair<int, double>> result;
+  for (const int slot : regions.slot)
+    for (size_t k = 0; k < run_of_region.size() && slot >= 0; ++k)
+      if (run_of_region[k].path.starts_with(beginning))
+        result.emplace_back(regions.first + slot * regions.stride + static_cast<int>(k),
+                            run_of_region[k].value);
+  return result;
+}
+
 void declare_stimuli(Scene& scene) {
   ParameterTable& table = scene.parameters;
   for (const Stimulus& stimulus : scene.stimuli) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solver/scene.hpp"
@@ -37,5 +38,9 @@ struct RegionParameters {
   std::vector<int> model_first;  ///< by model
 };
 RegionParameters region_parameters(const Scene& scene);
+
+/// Of the regions' conductivities and velocities whose names begin so: place in the table and the value that
+/// stands there unless it is set.
+std::vector<std::pair<int, double>> region_defaults(const Scene& scene, const std::string& beginning);
 
 }  // namespace cohort

@@ -52,24 +52,20 @@ std::string projection_refusal(const Scene& scene) {
   return why.empty() ? TemplateEcg::refusal(scene) : why;
 }
 
-// Whether any of `members` sets a conduction velocity.
-bool sets_velocity(const Scene& scene, std::span<const Member> members) {
-  const RegionParameters regions = region_parameters(scene);
-  if (regions.velocity_offset < 0) return false;
-  for (const Member& member : members)
-    for (const int slot : regions.slot) {
-      if (slot < 0) continue;
-      const auto at = static_cast<size_t>(regions.first + slot * regions.stride + regions.velocity_offset);
-      if (member.values[at] > 0 || member.values[at + 1] > 0) return true;
-    }
-  return false;
-}
-
 // Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
 void choose_activation(Device& device, const Scene& scene, const Member& base,
                        std::span<const Member> members, double dx_mm, Plan& plan) {
   plan.activation = scene.activation_method;
   plan.activation_reason = "electrophysiology.activation";
+  const auto sets = [&](const char* numbers) {
+    const auto defaults = region_defaults(scene, numbers);
+    const auto differs = [&](const Member& member) {
+      return std::any_of(defaults.begin(), defaults.end(), [&](const std::pair<int, double>& own) {
+        return member.values[static_cast<size_t>(own.first)] != own.second;
+      });
+    };
+    return differs(base) || std::any_of(members.begin(), members.end(), differs);
+  };
   // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
   // for, templates give them at a small part of the cost.
   if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
@@ -79,6 +75,10 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
         why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
   }
   if (plan.activation == ActivationMethod::eikonal) {
+    if (sets("conductivity_"))
+      spdlog::warn(
+          "conductivity_longitudinal_mS_per_mm and conductivity_transverse_mS_per_mm have no effect: eikonal "
+          "takes velocities; electrophysiology.activation: reaction_eikonal takes both");
     const RegionParameters regions = region_parameters(scene);
     for (size_t r = 0; r < scene.regions.size(); ++r) {
       if (regions.slot[r] < 0) continue;
@@ -136,7 +136,7 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
     return take_fronts();
   }
   plan.activation = ActivationMethod::monodomain;
-  const bool velocity_set = sets_velocity(scene, {&base, 1}) || sets_velocity(scene, members);
+  const bool velocity_set = sets("velocity_");
   if (scene.stimuli.empty()) {
     plan.activation_reason = "nothing stimulates the tissue: no front to follow";
   } else if (!one_front(scene, base.values)) {

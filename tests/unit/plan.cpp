@@ -119,6 +119,19 @@ TEST(Plan, WarnsOfVentriclesThatNothingActivates) {
   EXPECT_NE(warnings_of(overrides).find("the ventricles are never activated"), std::string::npos);
 }
 
+TEST(Plan, WarnsOfConductivitiesThatNothingReads) {
+  const std::vector<std::string> open = {"grid.dx_mm=4", "torso.dx_mm=20",
+                                         "scene.electrophysiology.activation=automatic"};
+  EXPECT_EQ(warnings_of(open).find("no effect"), std::string::npos);
+  std::vector<std::string> overrides = open;
+  overrides.emplace_back("scene.electrophysiology.conductivity_transverse_mS_per_mm=0.1");
+  EXPECT_NE(warnings_of(overrides).find("conductivity_transverse_mS_per_mm have no effect"),
+            std::string::npos);
+  overrides = open;
+  overrides.emplace_back("scene.electrophysiology.regions.la.conductivity_longitudinal_mS_per_mm=0.1");
+  EXPECT_NE(warnings_of(overrides).find("no effect"), std::string::npos);
+}
+
 TEST(Plan, RefusesLayersThatCross) {
   const std::string layers = "electrophysiology.heterogeneity.";
   const auto plan = [&](double until, double from, size_t crossing) {
