@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
       ->needs(exported)
       ->check(CLI::NonNegativeNumber & is_number);
   run->add_option("--export-spacing", options.export_spacing_mm,
-                  "mm, edge of an exported label; half of grid.dx_mm unless given")
+                  "mm, edge of an exported label; unless given a quarter of grid.dx_mm, at least about 0.5")
       ->needs(exported)
       ->check(CLI::Range(0.01, 20.0) & is_number);
   run->callback([&] {

@@ -11,7 +11,7 @@ namespace cohort {
 
 namespace {
 
-constexpr double most_fine_cells = 4e7;
+constexpr double most_fine_cells = 6e7;
 
 using Vector = std::array<double, 3>;
 

@@ -51,7 +51,7 @@
 //@ parameter Kcmdn_mM 0.00238 1e-4 0.03 mM "half saturation of calmodulin" "Courtemanche et al. 1998, table 1"
 //@ parameter Ktrpn_mM 0.0005 1e-5 0.005 mM "half saturation of troponin" "Courtemanche et al. 1998, table 1"
 //@ parameter Kcsqn_mM 0.8 0.05 8 mM "half saturation of calsequestrin" "Courtemanche et al. 1998, table 1"
-//@ parameter stimulus_potassium 1 0 1 1 "share of the stimulus that enters as potassium" "1: no charge is lost; Courtemanche et al. 1998, equation 22: 0"
+//@ parameter stimulus_potassium 0 0 1 1 "share of the stimulus that enters as potassium" "Courtemanche et al. 1998, equation 22: none; 1: no charge is lost"
 //@ parameter resting_mV -81.18 -120 0 mV "initial transmembrane potential" "Courtemanche et al. 1998, CellML's digits"
 //@ rest resting_mV
 //@ state Cai 0.0001013

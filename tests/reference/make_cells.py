@@ -214,7 +214,7 @@ def courtemanche(layer):
         IK = IK1 + Ito + IKur + IKr + IKs
         total = INa + IK + ICaL + INaK + INaCa + IpCa + IbNa + IbCa
         return [stimulus - total / Cm, B1 / B2, (Itr - Irel) / (1 + 10 * 0.8 / (Carel + 0.8)**2), Iup - leak - Itr * Vrel / Vup,
-                (-3 * INaK - 3 * INaCa - IbNa - INa) / (Vi * F), (2 * INaK - IK + Cm * stimulus) / (Vi * F),
+                (-3 * INaK - 3 * INaCa - IbNa - INa) / (Vi * F), (2 * INaK - IK) / (Vi * F),
                 am * (1 - m) - bm * m, ah * (1 - h) - bh * h, aj * (1 - j) - bj * j,
                 (1 / (1 + exp((V + 20.47) / -17.54)) - oa) * 3 * (aoa + boa), (1 / (1 + exp((V + 43.1) / 5.3)) - oi) * 3 * (aoi + boi),
                 (1 / (1 + exp((V + 30.3) / -9.6)) - ua) * 3 * (aoa + boa), (1 / (1 + exp((V - 99.45) / 27.48)) - ui) * 3 * (aui + bui),

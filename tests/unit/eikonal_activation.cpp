@@ -202,15 +202,18 @@ TEST(ConductionSystem, TheFastLayerConductsAtItsVelocity) {
                         {"electrophysiology.regions.ra.velocity_transverse_mm_per_ms", 1}});
     const auto sheet = heart.read<std::uint8_t>(heart.activation.network().sheet().id, 1);
     const auto arrival = heart.read<float>(heart.activation.arrival(), 1);
+    const auto depth = heart.read<float>(heart.activation.network().sheet().depth, 1);
     const auto first = static_cast<size_t>(heart.activation.network().sources().back().cell);
-    // (straight distance from the site, mm; arrival after it, ms) of the cells in the site's layer.
+    // (straight distance from the site, mm; when the layer's wave passes after it, ms) of the cells in the
+    // site's layer.
     std::vector<std::pair<double, double>> result;
     const std::array<double, 3> from = heart.tissue.centre(first);
     for (std::size_t i = 0; i < sheet.size(); ++i) {
       if (heart.tissue.regions[i] == 255 || sheet[i] != sheet[first]) continue;
       const std::array<double, 3> at = heart.tissue.centre(i);
       result.emplace_back(std::hypot(at[0] - from[0], at[1] - from[1], at[2] - from[2]),
-                          static_cast<double>(arrival[i]) - static_cast<double>(arrival[first]));
+                          static_cast<double>(arrival[i]) - (i == first ? 0 : static_cast<double>(depth[i])) -
+                              static_cast<double>(arrival[first]));
     }
     return result;
   };

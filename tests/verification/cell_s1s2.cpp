@@ -86,7 +86,7 @@ TEST_P(S1S2, CurveIsThePublishedOne) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, S1S2,
-                         testing::Values(Case{"courtemanche", {2, 20}, {{"stimulus_potassium", 0}}},
+                         testing::Values(Case{"courtemanche", {2, 20}, {}},
                                          Case{"ten_tusscher_panfilov", {1, 52}, {}}),
                          [](const auto& test) { return test.param.model; });
 

@@ -57,8 +57,12 @@ TEST(Conduction, FrontsOnGrids) {
     for (const double cells : {6.0, 3.0, 1.5, 0.5}) {
       const double speed = conduction.on_grid(cable, front.width_mm / cells);
       std::printf("  %.1f cells: %.4f, %+.1f %%\n", cells, speed, 100 * (speed / front.speed - 1));
-      if (cells >= 1.5) EXPECT_NEAR(speed / front.speed, 1, 0.1);
-      if (cells < 1) EXPECT_LT(speed / front.speed, 0.8);
+      if (cells >= 1.5) {
+        EXPECT_NEAR(speed / front.speed, 1, 0.1);
+      }
+      if (cells < 1) {
+        EXPECT_LT(speed / front.speed, 0.8);
+      }
     }
   }
 }
