@@ -27,7 +27,7 @@ void upload(cl::CommandQueue& queue, const cl::Buffer& buffer, const std::vector
 
 Grid make_grid(const Scene& scene, std::span<const Member> members) {
   Grid grid{};
-  grid.dx_mm = scene.parameters[scene.parameters.index("grid.dx_mm")].value;
+  grid.dx_mm = scene.parameters.value("grid.dx_mm");
   std::array<double, 3> lower{}, upper{};
   lower.fill(1e30);
   upper.fill(-1e30);
