@@ -36,10 +36,9 @@ Bidomain::Bidomain(Launcher& launcher, const Scene& scene, const Definitions& de
       extracellular_offset_(region_parameters(scene).extracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
       tolerance_(scene.parameters.value("electrophysiology.elliptic_tolerance")) {
-  std::vector<std::string> options = definitions.options;
-  options.push_back("WIDTH=" + std::to_string(width_));
-  const cl::Program program = launcher.device().build({"segments.clh", "diffusion.clh", "bidomain.cl"},
-                                                      options, definitions.generated);
+  const cl::Program program =
+      definitions.build(launcher.device(), {"segments.clh", "diffusion.clh", "bidomain.cl"},
+                        {"WIDTH=" + std::to_string(width_)});
   add_couplings_ = launcher.handle(program, "add_couplings");
   source_ = launcher.handle(program, "bidomain_source");
   injected_source_ = launcher.handle(program, "injected_source");

@@ -4,27 +4,16 @@
 
 namespace cohort {
 
-namespace {
-
-std::vector<std::string> with(std::vector<std::string> options, std::initializer_list<std::string> more) {
-  options.insert(options.end(), more);
-  return options;
-}
-
-}  // namespace
-
 Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions)
     : launcher_(launcher),
       precision_(scene.precision),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
-  const cl::Program program =
-      device.build({"segments.clh", "stencil.cl"}, definitions.options, definitions.generated);
+  const cl::Program program = definitions.build(device, {"segments.clh", "stencil.cl"});
   tensor_ = launcher.handle(program, "conductivity_tensor");
   assemble_ = launcher.handle(program, "assemble_stencil");
-  const cl::Program reductions = device.build(
-      {"segments.clh", "diffusion.clh", "record.cl"},
-      with(definitions.options, {"WIDTH=" + std::to_string(width_), "LEADS=0"}), definitions.generated);
+  const cl::Program reductions = definitions.build(device, {"segments.clh", "diffusion.clh", "record.cl"},
+                                                   {"WIDTH=" + std::to_string(width_), "LEADS=0"});
   bound_ = launcher.handle(reductions, "diffusion_bound");
 }
 

@@ -19,9 +19,8 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
       precision_(scene.precision),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
-  std::vector<std::string> options = definitions.options;
-  options.push_back("WIDTH=" + std::to_string(width_));
-  const cl::Program program = device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated);
+  const std::string width = "WIDTH=" + std::to_string(width_);
+  const cl::Program program = definitions.build(device, {"segments.clh", "eikonal.cl"}, {width});
   link_ = launcher.handle(program, "eikonal_link");
   metric_kernel_ = launcher.handle(program, "eikonal_metric");
   start_kernel_ = launcher.handle(program, "eikonal_start");
@@ -31,8 +30,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   second_differences_ = launcher.handle(program, "eikonal_second_differences");
   correction_kernel_ = launcher.handle(program, "eikonal_correction");
   slow_ = launcher.handle(program, "eikonal_slow");
-  options.push_back("SHEET");
-  sheet_sweep_ = launcher.handle(device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated),
+  sheet_sweep_ = launcher.handle(definitions.build(device, {"segments.clh", "eikonal.cl"}, {width, "SHEET"}),
                                  "eikonal_sweep");
 
   graph_of_region.resize(255, 1);

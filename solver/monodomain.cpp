@@ -41,10 +41,8 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
   stimuli_buffer_ =
       device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
   if (!scene.stimuli.empty()) {
-    std::vector<std::string> options = definitions.options;
-    options.push_back("STIMULI=" + std::to_string(scene.stimuli.size()));
-    const cl::Program program =
-        device.build({"segments.clh", "stimulus.clh", "stimulus.cl"}, options, definitions.generated);
+    const cl::Program program = definitions.build(device, {"segments.clh", "stimulus.clh", "stimulus.cl"},
+                                                  {"STIMULI=" + std::to_string(scene.stimuli.size())});
     mark_stimuli_ = launcher.handle(program, "mark_stimuli");
   }
 }

@@ -32,7 +32,7 @@ SingleCells::SingleCells(Launcher& launcher, Precision precision, const std::str
   fastest_rate_ = device.allocate(n * real);
   V_ = device.allocate(n * real);
   states_ = device.allocate(n * model_.states.size() * real);
-  const std::vector<std::string> files = {"cells/" + model_.name + ".cl", "single_cells.cl"};
+  const std::vector<std::string> files = {"gates.clh", "cells/" + model_.name + ".cl", "single_cells.cl"};
   std::vector<std::string> options;
   if (precision == Precision::double_) options.push_back("DOUBLE");
   const cl::Program setup = device.build(files, options, model_.macros());

@@ -124,8 +124,8 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
     for (size_t r = 0; r < scene.regions.size(); ++r)
       if (models_.of_region()[r] == static_cast<int>(k)) cells += static_cast<std::size_t>(columns_.count[r]);
     cells *= members;
-    const cl::Program program =
-        device.build({"cells/" + model.name + ".cl", "template_cells.cl"}, options, model.macros());
+    const cl::Program program = device.build(
+        {"gates.clh", "cells/" + model.name + ".cl", "template_cells.cl"}, options, model.macros());
     runs_.push_back({device.allocate(cells * model.parameters.size() * real),
                      device.allocate(cells * sizeof(int)), device.allocate(cells * real),
                      device.allocate(cells * real), device.allocate(cells * sizeof(int)),
