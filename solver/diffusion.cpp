@@ -49,9 +49,9 @@ void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
-  launcher_(bound_, cl::NDRange(blocks), cl::NDRange(1),
-            8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), stencil,
-            tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);
+  launcher_.counted(bound_, blocks,
+                    8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
+                    stencil, tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);
   std::vector<std::byte> raw(blocks * real_bytes(precision_));
   launcher_.queue().enqueueReadBuffer(block_bound_, CL_TRUE, 0, raw.size(), raw.data());
   const std::vector<double> by_block = unpack(raw, precision_);

@@ -99,11 +99,11 @@ void Eikonal::upload_sources(std::span<const Source> sources) {
 }
 
 void Eikonal::fire(const Tissue& tissue, int mark) {
-  launcher_(trigger_kernel_, cl::NDRange(static_cast<size_t>(sources_)), cl::NDRange(1), 0, trigger_, start_,
-            arrival_[current_], fired_);
-  launcher_(fire_, cl::NDRange(static_cast<size_t>(source_cells_)), cl::NDRange(1), 0, source_cell_,
-            first_source_, fired_, tissue.region, arrival_[current_], arrival_[1 - current_],
-            changed_[mark % 2], mark, last_change_);
+  launcher_.counted(trigger_kernel_, static_cast<size_t>(sources_), 0, trigger_, start_, arrival_[current_],
+                    fired_);
+  launcher_.counted(fire_, static_cast<size_t>(source_cells_), 0, source_cell_, first_source_, fired_,
+                    tissue.region, arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark,
+                    last_change_);
 }
 
 void Eikonal::sweep(const Tissue& tissue, int number) {

@@ -67,8 +67,8 @@ void Probes::prepare(const Tissue& tissue, std::span<const Member> members) {
 
 void Probes::sample(const cl::Buffer& potential, int sample) {
   if (rows_ == 0) return;
-  launcher_(record_, cl::NDRange(static_cast<std::size_t>(rows_)), cl::NDRange(1), 12.0 * rows_, potential,
-            cells_, series_, sample, samples_);
+  launcher_.counted(record_, static_cast<std::size_t>(rows_), 12.0 * rows_, potential, cells_, series_,
+                    sample, samples_);
 }
 
 std::vector<float> Probes::series() {
