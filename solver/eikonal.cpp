@@ -111,11 +111,10 @@ void Eikonal::sweep(const Tissue& tissue, int number) {
   const double dx = tissue.grid().dx_mm;
   launcher_(with_sheet_ ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
-            // Least traffic: nothing has changed.
-            static_cast<double>(cells) / Tissue::lanes * (sizeof(cl_int8) + sizeof(int)), arrival_[current_],
-            arrival_[1 - current_], metric_, linked_, in_sheet_, with_sheet_ ? sheet_speed_ : metric_,
-            tissue.neighbours, changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_,
-            number, Real{dx}, tissue.stride);
+            0,  // as many bytes as the wave asks for
+            arrival_[current_], arrival_[1 - current_], metric_, linked_, in_sheet_,
+            with_sheet_ ? sheet_speed_ : metric_, tissue.neighbours, changed_[(number - 1) % 2],
+            changed_[number % 2], correction_, last_change_, number, Real{dx}, tissue.stride);
   current_ = 1 - current_;
 }
 
@@ -184,10 +183,11 @@ void Eikonal::propagate(const Tissue& tissue) {
     queue.enqueueFillBuffer(buffer, cl_int{0}, 0, n / Tissue::lanes * sizeof(int));
   queue.enqueueFillBuffer(last_change_, cl_int{0}, 0, sizeof(int));
   current_ = 0;
-  launcher_(start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
-            3 * static_cast<double>(n * real_bytes(precision_)), with_initial_ ? initial_ : metric_,
-            with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1], changed_[first_mark % 2],
-            first_mark);
+  launcher_(
+      start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
+      static_cast<double>(n * (with_initial_ ? 3 * real_bytes(precision_) + 1 : 2 * real_bytes(precision_))),
+      with_initial_ ? initial_ : metric_, with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1],
+      changed_[first_mark % 2], first_mark);
   if (sources_ > 0) fire(tissue, first_mark);
 
   // A few more sweeps than needed cost less than asking after each one.
