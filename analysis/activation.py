@@ -1,6 +1,6 @@
 """Activation of one member as filled isochrones on three cuts, from what `cohort run F.yaml --export vtk` wrote.
 
-    python3 -m analysis.activation heart_vtk [-o heart_activation.png] [--at 0,0,-20] [--step 10]
+    /usr/bin/python3 -m analysis.activation heart_vtk [-o heart_activation.png] [--at 0,0,-20] [--step 10]
 
 The cuts go through the middle of the tissue, or through --at (mm). Only tissue is drawn; where it is not activated, grey.
 """
@@ -108,13 +108,25 @@ def draw(image, at, step, title):
         index = int(numpy.clip((at[axis] - image.origin_mm[axis]) // image.dx_mm, 0, image.cells[axis] - 1))
         filled = draw_cut(panel, image, axis, index, norm, levels) or filled
     if filled is not None:
-        figure.colorbar(filled, ax=axes, label="activation (ms)", shrink=0.9, ticks=levels)
+        bar = figure.colorbar(filled, ax=axes, label="activation (ms)", shrink=0.9, ticks=levels)
     figure.suptitle(title, x=0.01, ha="left", fontsize=11)
+    if filled is not None:
+        thin_labels(figure, bar, levels)
     return figure
 
 
+def thin_labels(figure, bar, levels):
+    """Labels as many of the levels as the bar has room for."""
+    figure.draw_without_rendering()
+    room = bar.ax.get_window_extent().height / len(levels)  # pixels to a level
+    needed = 1.3 * max(label.get_window_extent().height for label in bar.ax.get_yticklabels())
+    every = next((n for n in (1, 2, 5, 10, 20, 50, 100) if n * room >= needed), len(levels))
+    first = round(levels[0] / (levels[1] - levels[0]))
+    bar.set_ticks([level for k, level in enumerate(levels, first) if k % every == 0])
+
+
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m analysis.activation", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="/usr/bin/python3 -m analysis.activation", description=__doc__.splitlines()[0])
     parser.add_argument("folder", help="folder that --export vtk wrote, or the tissue.vti in it")
     parser.add_argument("-o", "--output", help="PNG, PDF or SVG; default: the folder's name with _activation.png for _vtk")
     parser.add_argument("--at", help="x,y,z in mm, where the cuts meet; default: the middle of the tissue")

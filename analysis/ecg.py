@@ -1,6 +1,6 @@
 """ECGs of a campaign as a clinical sheet: 25 mm/s, 10 mm/mV, squares of 1 mm, three rows of four leads and a strip of II.
 
-    python3 -m analysis.ecg demo.h5 [-o demo_ecg.png] [--member 3] [--gain 20]
+    /usr/bin/python3 -m analysis.ecg demo.h5 [-o demo_ecg.png] [--member 3] [--gain 20]
 
 All members that are done are drawn light, one bold. The time axis begins anew with each lead: every lead shows the same
 beat, at most 2.5 s of it; the strip shows all of the recording.
@@ -94,7 +94,7 @@ def draw(leads, time_ms, ecg, bold, gain, title, note):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m analysis.ecg", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="/usr/bin/python3 -m analysis.ecg", description=__doc__.splitlines()[0])
     parser.add_argument("store", help="HDF5 file of a campaign, finished or not")
     parser.add_argument("-o", "--output", help="PNG, PDF or SVG; default: the store's name with _ecg.png")
     parser.add_argument("--member", type=int, help="member drawn bold; default: the first that is done")

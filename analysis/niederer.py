@@ -1,10 +1,10 @@
 """The benchmark of Niederer et al. 2011: runs configs/niederer.yaml, compares with the eleven codes of the paper, draws.
 
-    python3 -m analysis.niederer 0.5 0.2 0.1 --cohort build/cohort     # runs these spacings, then table and plot
-    python3 -m analysis.niederer                                       # table and plot of what has been run
+    /usr/bin/python3 -m analysis.niederer 0.5 0.2 0.1 --cohort build/cohort     # runs these spacings, then table and plot
+    /usr/bin/python3 -m analysis.niederer                                       # table and plot of what has been run
 
-Activation times are kept in tests/results/niederer.csv, one row for each point; a spacing that is run again replaces its rows.
-Called by jobs/niederer.sh. The plot needs matplotlib and is left out where there is none.
+Activation times are kept in niederer.csv of the folder --results, one row for each point; a spacing that is run again replaces its
+rows. Called by jobs/niederer.sh. The plot needs matplotlib and is left out where there is none.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from analysis.store import Store
 SOURCE = pathlib.Path(__file__).resolve().parents[1]
 CONFIG = SOURCE / "configs" / "niederer.yaml"
 REFERENCE = SOURCE / "tests" / "reference" / "niederer2011.csv"
-RESULTS = SOURCE / "tests" / "results"
+RESULTS = pathlib.Path("niederer-results")
 END_MS = {0.5: 200, 0.2: 70}  # all is activated by then; finer grids by
 FINE_END_MS = 55
 CORNER = numpy.array([20.0, 7.0, 3.0])  # far end of the diagonal
@@ -106,11 +106,12 @@ def table(dx, ours, codes):
     return lines
 
 
-def report(rows):
+def report(rows, folder):
     codes, points = reference(), times(rows, "point")
     lines = [
         "# The benchmark of Niederer et al. 2011", "",
-        "`jobs/niederer.sh` makes this page, `niederer.csv` and the plot: `configs/niederer.yaml`, the problem as published",
+        f"`jobs/niederer.sh --results {folder} {' '.join(f'{dx:g}' for dx in points)}` makes this page, `niederer.csv` and the plot",
+        "on the device that each spacing names: `configs/niederer.yaml`, the problem as published",
         "(doi 10.1098/rsta.2011.0139), with ten Tusscher-Panfilov 2006 cells, monodomain, dt 0.01 ms, single precision. Nothing is",
         "fitted. Means and standard deviations (SD) are those of the paper's eleven codes at the same spacing and step. Seconds are wall time on the",
         "device as it was, busy or idle.", "",
@@ -141,7 +142,7 @@ def plot(rows, path):
     try:
         import matplotlib
     except ImportError:
-        print("no matplotlib: the plot is left out; run python3 -m analysis.niederer where there is one")
+        print("no matplotlib: the plot is left out; run /usr/bin/python3 -m analysis.niederer where there is one")
         return
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -164,20 +165,21 @@ def plot(rows, path):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m analysis.niederer", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="/usr/bin/python3 -m analysis.niederer", description=__doc__.splitlines()[0])
     parser.add_argument("spacings", nargs="*", type=float, help="mm; run before the table is made")
     parser.add_argument("--cohort", default="build/cohort")
     parser.add_argument("--device", help="as of cohort run")
-    parser.add_argument("--results", type=pathlib.Path, default=RESULTS, help="folder of niederer.csv, .md and .png")
+    parser.add_argument("--results", type=pathlib.Path, default=RESULTS, help="folder of niederer.csv, .md and .png; default: %(default)s")
     options = parser.parse_args(arguments)
     path = options.results / "niederer.csv"
     for dx in options.spacings:
         new = simulate(options.cohort, options.device, dx)
+        options.results.mkdir(parents=True, exist_ok=True)
         write(path, [row for row in read(path) if float(row["dx_mm"]) != dx] + new)
     rows = read(path)
     if not rows:
         sys.exit(f"{path}: nothing has been run")
-    (options.results / "niederer.md").write_text(report(rows))
+    (options.results / "niederer.md").write_text(report(rows, options.results))
     plot(rows, options.results / "niederer.png")
 
 

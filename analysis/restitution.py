@@ -1,6 +1,6 @@
 """Restitution of tissue: APD90 and conduction velocity of the last beat against the diastolic interval before it.
 
-    python3 -m analysis.restitution restitution.h5 [-o restitution.png] [--near near] [--far far]
+    /usr/bin/python3 -m analysis.restitution restitution.h5 [-o restitution.png] [--near near] [--far far]
 
 Prints a row for each member of a campaign like configs/restitution.yaml and draws the curves. Members whose last stimulus
 was not conducted to both probes are told and left out.
@@ -43,7 +43,7 @@ def curves(store, near, far):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="python3 -m analysis.restitution", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(prog="/usr/bin/python3 -m analysis.restitution", description=__doc__.splitlines()[0])
     parser.add_argument("store")
     parser.add_argument("-o", "--output", help="PNG, PDF or SVG; default: the store's name with .png")
     parser.add_argument("--near", default="near", help="probe where APD90 is read")

@@ -17,20 +17,28 @@ std::string kernel_table(const ProcessPerformance& rank) {
   std::stable_sort(
       kernels.begin(), kernels.end(),
       [](const KernelPerformance& a, const KernelPerformance& b) { return a.device_ms > b.device_ms; });
+  bool timed = false, undeclared = false, cached = false;
   for (const KernelPerformance& kernel : kernels) {
     if (!(kernel.device_ms > 0)) continue;  // not timed: it runs once, at set-up
+    timed = true;
     const double calls = static_cast<double>(kernel.calls);
     constexpr double bytes_per_ms_of_a_GB_per_s = 1e6;
     const double rate = kernel.device_ms > 0
                             ? kernel.bytes_per_call * calls / kernel.device_ms / bytes_per_ms_of_a_GB_per_s
                             : 0;
     const bool known = rate > 0;
+    undeclared = undeclared || !known;
+    cached = cached || (rank.triad_GB_per_s > 0 && rate > rank.triad_GB_per_s);
     table.add(
         {kernel.kernel, std::to_string(kernel.calls), fmt::format("{:.1f}", kernel.device_ms),
          fmt::format("{:.4f}", kernel.device_ms / calls), known ? fmt::format("{:.1f}", rate) : "-",
          known && rank.triad_GB_per_s > 0 ? fmt::format("{:.0f} %", 100 * rate / rank.triad_GB_per_s) : "-"});
   }
-  return table.text();
+  if (!timed) return "no kernel was timed: the first batch and its first samples compile them\n";
+  std::string text = table.text();
+  if (undeclared) text += "-: hardly any traffic, or as much as the wave asks for\n";
+  if (cached) text += "more than 100 %: from the device's caches\n";
+  return text;
 }
 
 }  // namespace

@@ -19,8 +19,9 @@ real fastest_rate(int model, global const real *P, int first, const real *basis)
 
 // derived (members, DERIVED_CONSTANTS); rates (members) 1/ms: the largest over the member's regions.
 kernel void derive_members(global const real *restrict parameters, global real *restrict derived,
-                           global real *restrict rates, const real dt) {
+                           global real *restrict rates, const real dt, const int members) {
   const int member = get_global_id(0);
+  if (member >= members) return;
   global const real *P = parameters + (size_t)member * PARAMETERS;
 #define DERIVE(k) JOIN(derive_member_, k)(P, derived + member * DERIVED_CONSTANTS, dt);
   EACH_CELL_MODEL(DERIVE)

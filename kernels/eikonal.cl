@@ -207,8 +207,9 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
 
 // When sources fire: at start[k], with a trigger[k] >= 0 that much later than the wave reaches that cell.
 kernel void eikonal_trigger(global const int *restrict trigger, global const real *restrict start,
-                            global const real *restrict T, global real *restrict fired) {
+                            global const real *restrict T, global real *restrict fired, const int sources) {
   const int k = get_global_id(0);
+  if (k >= sources) return;
   const real come = trigger[k] < 0 ? 0 : T[trigger[k]];
   fired[k] = come < UNREACHED ? come + start[k] : UNREACHED;
 }
@@ -218,8 +219,10 @@ kernel void eikonal_fire(global const int *restrict cell_of, global const int *r
                          global const real *restrict fired, global const uchar *restrict region,
                          global const uchar *restrict sheet, const int with_sheet, global real *restrict T,
                          global real *restrict T_other, global int *restrict changed, const int mark,
-                         global int *restrict last_change, const int stride) {
-  const int c = get_global_id(0), cell = cell_of[c];
+                         global int *restrict last_change, const int stride, const int cells) {
+  const int c = get_global_id(0);
+  if (c >= cells) return;
+  const int cell = cell_of[c];
   real earliest = UNREACHED;
   for (int k = first[c]; k < first[c + 1]; ++k) earliest = fmin(earliest, fired[k]);
   if (region[cell] == NO_REGION || !(earliest < T[cell])) return;

@@ -98,8 +98,10 @@ kernel void record_totals(global const real *restrict partial, global const int 
 // Gershgorin's bound of the diffusion operator's largest |eigenvalue| (1/ms), by block: twice the sum of |couplings|
 // over the cell's capacity, at its largest. An explicit step is stable up to 2 / bound.
 kernel void diffusion_bound(global const real *restrict stencil, global const real *restrict inverse_capacity,
-                            global const int8 *restrict neighbours, global real *restrict bound, const int stride) {
+                            global const int8 *restrict neighbours, global real *restrict bound, const int stride,
+                            const int blocks) {
   const int block = get_global_id(0);
+  if (block >= blocks) return;
   global const real *x = stencil, *y = x + (size_t)stride, *z = y + (size_t)stride;
   global const real *xy = z + (size_t)stride, *xz = xy + (size_t)stride, *yz = xz + (size_t)stride;
   realv largest = 0;

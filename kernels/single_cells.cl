@@ -9,6 +9,7 @@
 kernel void derive_single(global const real *restrict parameters, global real *restrict derived,
                           global real *restrict fastest_rate, const real dt, const int cells) {
   const int i = get_global_id(0);
+  if (i >= cells) return;
   real p[CELL_PARAMETERS], d[CELL_DERIVED];
   for (int k = 0; k < CELL_PARAMETERS; ++k) p[k] = parameters[i * CELL_PARAMETERS + k];
   cell_derive(p, dt, d);
@@ -20,6 +21,7 @@ kernel void derive_single(global const real *restrict parameters, global real *r
 kernel void initialise_single(global const real *restrict parameters, global real *restrict V,
                               global real *restrict states, const int cells) {
   const int i = get_global_id(0);
+  if (i >= cells) return;
   const real initial[CELL_STATES] = INITIAL_STATES;
   V[i] = parameters[i * CELL_PARAMETERS + REST];
   for (int k = 0; k < CELL_STATES; ++k) states[k * cells + i] = initial[k];
@@ -31,8 +33,9 @@ kernel void initialise_single(global const real *restrict parameters, global rea
 kernel void pace_cells(global const real *restrict derived, global real *restrict V, global real *restrict states,
                        global const real *restrict protocol, global real *restrict trace,
                        global const int *restrict record_state, const int recorded, const int cells, const int steps,
-                       const int sample_steps, const int pulse_steps, const real amplitude, const real dt) {
-  const int i = get_global_id(0) * WIDTH;
+                       const int sample_steps, const int pulse_steps, const real amplitude, const real dt, const int vectors) {
+  const int item = get_global_id(0), i = item * WIDTH;
+  if (item >= vectors) return;
   realv d[CELL_DERIVED], state[CELL_STATES];
   for (int k = 0; k < CELL_DERIVED; ++k) d[k] = LOAD(derived + k * cells + i);
   for (int k = 0; k < CELL_STATES; ++k) state[k] = LOAD(states + k * cells + i);

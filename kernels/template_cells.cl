@@ -27,8 +27,10 @@ inline Cell at_rest(const real *p, real dt) {
 // that it does not lift so far is silent (columns) 1: its column is no number, but for the rest in front.
 kernel void run_templates(global const real *restrict parameters, global const int *restrict columns,
                           global const real *restrict threshold, global const real *restrict reference,
-                          global real *restrict table, global int *restrict silent, const real interval) {
+                          global real *restrict table, global int *restrict silent, const real interval,
+                          const int cells) {
   const int c = get_global_id(0);
+  if (c >= cells) return;
   global real *out = table + (size_t)columns[c] * (PHASES + 1) * ROW;
   real p[CELL_PARAMETERS];
   for (int k = 0; k < CELL_PARAMETERS; ++k) p[k] = parameters[c * CELL_PARAMETERS + k];

@@ -77,17 +77,20 @@ kernel void link_segments(global const int *restrict first_cell, global const in
 }
 
 #ifndef LABEL_FIBRES
+// Centre of the compact cell i.
+static inline real3 compact_centre(global const int *restrict first_cell, int i, real4 origin_and_spacing) {
+  return cell_centre(first_cell[i / LANES] % (NX * NY * NZ), i % LANES, origin_and_spacing.xyz, origin_and_spacing.w);
+}
+
 // Fibre directions at the centres of tissue cells: (3, stride). Zero where the rule gives none.
 kernel void fibre_field(global const real *restrict parameters, const real4 origin_and_spacing,
                         global const int *restrict first_cell, global const ushort *restrict member_of,
                         global const uchar *restrict tissue_region_of, global real *restrict fibre, const int stride) {
-  const int i = get_global_id(0), s = i / LANES;
+  const int i = get_global_id(0), region = tissue_region_of[i];
   real3 f = (real3)(0);
-  if (tissue_region_of[i] != NO_REGION) {
-    const int member = member_of[s];
-    const real3 p = cell_centre(first_cell[s] % (NX * NY * NZ), i % LANES, origin_and_spacing.xyz, origin_and_spacing.w);
-    f = fibre_direction(p, tissue_region_of[i], parameters + (size_t)member * PARAMETERS);
-  }
+  if (region != NO_REGION)
+    f = fibre_direction(compact_centre(first_cell, i, origin_and_spacing), region,
+                        parameters + (size_t)member_of[i / LANES] * PARAMETERS);
   fibre[i] = f.x;
   fibre[i + (size_t)stride] = f.y;
   fibre[i + 2 * (size_t)stride] = f.z;
@@ -98,13 +101,11 @@ kernel void coordinate_field(global const real *restrict parameters, const real4
                              global const int *restrict first_cell, global const ushort *restrict member_of,
                              global const uchar *restrict tissue_region_of, global real *restrict coordinates,
                              const int stride) {
-  const int i = get_global_id(0), s = i / LANES;
+  const int i = get_global_id(0), region = tissue_region_of[i];
   real4 c = (real4)(0);
-  if (tissue_region_of[i] != NO_REGION) {
-    const int member = member_of[s];
-    const real3 p = cell_centre(first_cell[s] % (NX * NY * NZ), i % LANES, origin_and_spacing.xyz, origin_and_spacing.w);
-    c = tissue_coordinates(p, tissue_region_of[i], parameters + (size_t)member * PARAMETERS);
-  }
+  if (region != NO_REGION)
+    c = tissue_coordinates(compact_centre(first_cell, i, origin_and_spacing), region,
+                           parameters + (size_t)member_of[i / LANES] * PARAMETERS);
   coordinates[i] = c.x;
   coordinates[i + (size_t)stride] = c.y;
   coordinates[i + 2 * (size_t)stride] = c.z;

@@ -19,10 +19,6 @@ std::size_t whole_groups(std::size_t cells) {
   return (cells + Tissue::group - 1) / Tissue::group * Tissue::group;
 }
 
-double structural(const Scene& scene, const char* path) {
-  return scene.parameters[scene.parameters.index(path)].value;
-}
-
 std::size_t first_place(const Tissue& tissue, std::size_t m) {
   return static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
 }
@@ -39,11 +35,10 @@ Bidomain::Bidomain(Launcher& launcher, const Scene& scene, const Definitions& de
       conductor_(launcher, scene, grid, members_per_batch, Tissue::Holds::conductors),
       extracellular_offset_(region_parameters(scene).extracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
-      tolerance_(structural(scene, "electrophysiology.elliptic_tolerance")) {
-  std::vector<std::string> options = definitions.options;
-  options.push_back("WIDTH=" + std::to_string(width_));
-  const cl::Program program = launcher.device().build({"segments.clh", "diffusion.clh", "bidomain.cl"},
-                                                      options, definitions.generated);
+      tolerance_(scene.parameters.value("electrophysiology.elliptic_tolerance")) {
+  const cl::Program program =
+      definitions.build(launcher.device(), {"segments.clh", "diffusion.clh", "bidomain.cl"},
+                        {"WIDTH=" + std::to_string(width_)});
   add_couplings_ = launcher.handle(program, "add_couplings");
   source_ = launcher.handle(program, "bidomain_source");
   injected_source_ = launcher.handle(program, "injected_source");

@@ -62,7 +62,7 @@ std::vector<std::string> CellModels::parts(const Scene& scene, const std::string
   std::string before = "#define CELL_MODELS " + std::to_string(models_.size()) + "\n", each;
   for (const char* function : {"cell_derive", "cell_fastest_rate", "cell_step"})
     before += std::string("#define ") + function + " JOIN(" + function + "_, CELL_MODEL)\n";
-  std::vector<std::string> result = {before};
+  std::vector<std::string> result = {before, "gates.clh"};
   std::size_t first = 0;
   for (std::size_t m = 0; m < models_.size(); ++m) {
     const CellModel& model = models_[m];

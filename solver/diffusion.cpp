@@ -4,27 +4,16 @@
 
 namespace cohort {
 
-namespace {
-
-std::vector<std::string> with(std::vector<std::string> options, std::initializer_list<std::string> more) {
-  options.insert(options.end(), more);
-  return options;
-}
-
-}  // namespace
-
 Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions)
     : launcher_(launcher),
       precision_(scene.precision),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
-  const cl::Program program =
-      device.build({"segments.clh", "stencil.cl"}, definitions.options, definitions.generated);
+  const cl::Program program = definitions.build(device, {"segments.clh", "stencil.cl"});
   tensor_ = launcher.handle(program, "conductivity_tensor");
   assemble_ = launcher.handle(program, "assemble_stencil");
-  const cl::Program reductions = device.build(
-      {"segments.clh", "diffusion.clh", "record.cl"},
-      with(definitions.options, {"WIDTH=" + std::to_string(width_), "LEADS=0"}), definitions.generated);
+  const cl::Program reductions = definitions.build(device, {"segments.clh", "diffusion.clh", "record.cl"},
+                                                   {"WIDTH=" + std::to_string(width_), "LEADS=0"});
   bound_ = launcher.handle(reductions, "diffusion_bound");
 }
 
@@ -60,9 +49,9 @@ void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
-  launcher_(bound_, cl::NDRange(blocks), cl::NDRange(1),
-            8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), stencil,
-            tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);
+  launcher_.counted(bound_, blocks,
+                    8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
+                    stencil, tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);
   std::vector<std::byte> raw(blocks * real_bytes(precision_));
   launcher_.queue().enqueueReadBuffer(block_bound_, CL_TRUE, 0, raw.size(), raw.data());
   const std::vector<double> by_block = unpack(raw, precision_);

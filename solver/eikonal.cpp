@@ -19,9 +19,8 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
       precision_(scene.precision),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
-  std::vector<std::string> options = definitions.options;
-  options.push_back("WIDTH=" + std::to_string(width_));
-  const cl::Program program = device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated);
+  const std::string width = "WIDTH=" + std::to_string(width_);
+  const cl::Program program = definitions.build(device, {"segments.clh", "eikonal.cl"}, {width});
   link_ = launcher.handle(program, "eikonal_link");
   metric_kernel_ = launcher.handle(program, "eikonal_metric");
   start_kernel_ = launcher.handle(program, "eikonal_start");
@@ -31,8 +30,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   second_differences_ = launcher.handle(program, "eikonal_second_differences");
   correction_kernel_ = launcher.handle(program, "eikonal_correction");
   slow_ = launcher.handle(program, "eikonal_slow");
-  options.push_back("SHEET");
-  sheet_sweep_ = launcher.handle(device.build({"segments.clh", "eikonal.cl"}, options, definitions.generated),
+  sheet_sweep_ = launcher.handle(definitions.build(device, {"segments.clh", "eikonal.cl"}, {width, "SHEET"}),
                                  "eikonal_sweep");
 
   graph_of_region.resize(255, 1);
@@ -102,12 +100,12 @@ void Eikonal::upload_sources(std::span<const Source> sources) {
 }
 
 void Eikonal::fire(const Tissue& tissue, int mark) {
-  launcher_(trigger_kernel_, cl::NDRange(static_cast<size_t>(sources_)), cl::NDRange(1), 0, trigger_, start_,
-            arrival_[current_], fired_);
-  launcher_(fire_, cl::NDRange(static_cast<size_t>(source_cells_)), cl::NDRange(1), 0, source_cell_,
-            first_source_, fired_, tissue.region, with_sheet_ ? sheet_id_ : tissue.region,
-            with_sheet_ ? 1 : 0, arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark,
-            last_change_, tissue.stride);
+  launcher_.counted(trigger_kernel_, static_cast<size_t>(sources_), 0, trigger_, start_, arrival_[current_],
+                    fired_);
+  launcher_.counted(fire_, static_cast<size_t>(source_cells_), 0, source_cell_, first_source_, fired_,
+                    tissue.region, with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0,
+                    arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark, last_change_,
+                    tissue.stride);
 }
 
 void Eikonal::sweep(const Tissue& tissue, int number) {
@@ -115,11 +113,11 @@ void Eikonal::sweep(const Tissue& tissue, int number) {
   const double dx = tissue.grid().dx_mm;
   launcher_(with_sheet_ ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
-            // Least traffic: nothing has changed.
-            static_cast<double>(cells) / Tissue::lanes * (sizeof(cl_int8) + sizeof(int)), arrival_[current_],
-            arrival_[1 - current_], metric_, linked_, in_sheet_, with_sheet_ ? sheet_speed_ : metric_,
-            with_sheet_ ? sheet_depth_ : metric_, tissue.neighbours, changed_[(number - 1) % 2],
-            changed_[number % 2], correction_, last_change_, number, Real{dx}, tissue.stride);
+            0,  // as many bytes as the wave asks for
+            arrival_[current_], arrival_[1 - current_], metric_, linked_, in_sheet_,
+            with_sheet_ ? sheet_speed_ : metric_, with_sheet_ ? sheet_depth_ : metric_, tissue.neighbours,
+            changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_, number, Real{dx},
+            tissue.stride);
   current_ = 1 - current_;
 }
 
@@ -189,10 +187,11 @@ void Eikonal::propagate(const Tissue& tissue) {
     queue.enqueueFillBuffer(buffer, cl_int{0}, 0, n / Tissue::lanes * sizeof(int));
   queue.enqueueFillBuffer(last_change_, cl_int{0}, 0, sizeof(int));
   current_ = 0;
+  const std::size_t real = real_bytes(precision_);
   launcher_(start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
-            3 * static_cast<double>(n * real_bytes(precision_)), with_initial_ ? initial_ : metric_,
-            with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1], with_sheet_ ? 1 : 0,
-            changed_[first_mark % 2], first_mark, tissue.stride);
+            static_cast<double>(n * ((with_initial_ ? real + 1 : 0) + (with_sheet_ ? 4 : 2) * real)),
+            with_initial_ ? initial_ : metric_, with_initial_ ? 1 : 0, tissue.region, arrival_[0],
+            arrival_[1], with_sheet_ ? 1 : 0, changed_[first_mark % 2], first_mark, tissue.stride);
   if (sources_ > 0) fire(tissue, first_mark);
 
   // A few more sweeps than needed cost less than asking after each one.

@@ -30,8 +30,7 @@ EikonalActivation::EikonalActivation(Launcher& launcher, const Scene& scene, con
       precision_(scene.precision),
       network_(launcher, scene, definitions, members_per_batch),
       eikonal_(launcher, scene, definitions, activation_graphs(scene)) {
-  const cl::Program program = launcher.device().build({"segments.clh", "eikonal_activation.cl"},
-                                                      definitions.options, definitions.generated);
+  const cl::Program program = definitions.build(launcher.device(), {"segments.clh", "eikonal_activation.cl"});
   speeds_ = launcher.handle(program, "region_speeds");
   recorded_ = launcher.handle(program, "recorded_arrival");
 }

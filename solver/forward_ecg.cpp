@@ -19,10 +19,9 @@ ForwardEcg::ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions
       scene_(scene),
       intracellular_offset_(region_parameters(scene).intracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
-  std::vector<std::string> options = definitions.options;
-  options.push_back("WIDTH=" + std::to_string(width_));
-  const cl::Program program = launcher.device().build({"segments.clh", "diffusion.clh", "forward_ecg.cl"},
-                                                      options, definitions.generated);
+  const cl::Program program =
+      definitions.build(launcher.device(), {"segments.clh", "diffusion.clh", "forward_ecg.cl"},
+                        {"WIDTH=" + std::to_string(width_)});
   currents_ = launcher.handle(program, "tissue_currents");
   deposit_ = launcher.handle(program, "deposit_currents");
   read_ = launcher.handle(program, "read_leads");

@@ -31,16 +31,6 @@ Vector unit(Vector a, const char* what) {
   return a;
 }
 
-struct Mean {
-  Vector sum{};
-  double count = 0;
-  void add(const Vector& p) {
-    for (size_t i = 0; i < 3; ++i) sum[i] += p[i];
-    ++count;
-  }
-  Vector value() const { return {sum[0] / count, sum[1] / count, sum[2] / count}; }
-};
-
 /// Calls visit(voxel, x, y, z) for all voxels.
 template <class Visit>
 void each_voxel(const LabelImage& image, Visit visit) {

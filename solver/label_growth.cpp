@@ -111,16 +111,6 @@ void insulate(FineLabels& fine, const LabelHeart& heart, double gap) {
     if (atrial[fine.parts[i]] && (distance[i] - 0.5) * fine.spacing_mm < gap) fine.parts[i] = insulator;
 }
 
-struct Mean {
-  Vector sum{};
-  double count = 0;
-  void add(const Vector& p) {
-    for (size_t i = 0; i < 3; ++i) sum[i] += p[i];
-    ++count;
-  }
-  Vector value() const { return {sum[0] / count, sum[1] / count, sum[2] / count}; }
-};
-
 template <class Visit>
 void each_cell(const FineLabels& fine, Visit visit) {
   std::size_t i = 0;

@@ -23,6 +23,17 @@ constexpr Part part_of(int region) {
   return static_cast<Part>(first_region_part + region);
 }
 
+/// Mean of points.
+struct Mean {
+  std::array<double, 3> sum{};
+  double count = 0;
+  void add(const std::array<double, 3>& p) {
+    for (size_t i = 0; i < 3; ++i) sum[i] += p[i];
+    ++count;
+  }
+  std::array<double, 3> value() const { return {sum[0] / count, sum[1] / count, sum[2] / count}; }
+};
+
 /// `image`: the image's millimetres (right, anterior, superior) are those of the heart's frame. `heart`: the
 /// frame is found from the left ventricle and the direction of the right one (heart_frame).
 enum class LabelFrame { image, heart };

@@ -23,6 +23,11 @@ void Launcher::enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRa
   }
 }
 
+std::size_t Launcher::group_of_few() const {
+  constexpr std::size_t warp = 32;
+  return device_.info().gpu ? warp : 1;
+}
+
 void Launcher::profile(bool on) {
   if (on == profiling_) return;
   queue().finish();

@@ -48,6 +48,15 @@ class Launcher {
     enqueue(handle, global, local, bytes);
   }
 
+  /// For kernels over few things, of which each is long: `count` work-items, in groups that fill a GPU's
+  /// warps. Sets the count as one argument more; what is behind it, up to whole groups, must do nothing.
+  template <typename... Arguments>
+  void counted(Handle& handle, std::size_t count, double bytes, const Arguments&... arguments) {
+    const std::size_t group = group_of_few();
+    (*this)(handle, cl::NDRange((count + group - 1) / group * group), cl::NDRange(group), bytes, arguments...,
+            static_cast<int>(count));
+  }
+
   /// While on, launches go to the profiling queue and are timed. Waits for what is enqueued.
   void profile(bool on);
   /// The queue launches go to now.
@@ -84,6 +93,7 @@ class Launcher {
     }
   }
   std::size_t entry(std::string_view name);
+  std::size_t group_of_few() const;
   void enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes);
   void collect();
 

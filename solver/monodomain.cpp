@@ -41,10 +41,8 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
   stimuli_buffer_ =
       device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
   if (!scene.stimuli.empty()) {
-    std::vector<std::string> options = definitions.options;
-    options.push_back("STIMULI=" + std::to_string(scene.stimuli.size()));
-    const cl::Program program =
-        device.build({"segments.clh", "stimulus.clh", "stimulus.cl"}, options, definitions.generated);
+    const cl::Program program = definitions.build(device, {"segments.clh", "stimulus.clh", "stimulus.cl"},
+                                                  {"STIMULI=" + std::to_string(scene.stimuli.size())});
     mark_stimuli_ = launcher.handle(program, "mark_stimuli");
   }
 }
@@ -231,8 +229,7 @@ std::vector<double> Monodomain::read(const cl::Buffer& buffer, std::size_t count
 }
 
 void Monodomain::read_rates(const Tissue& tissue, const cl::Buffer& parameters, std::size_t members) {
-  launcher_(kernels_->derive, cl::NDRange(members), cl::NDRange(1), 0, parameters, derived_,
-            fastest_rate_buffer_, Real{1});
+  launcher_.counted(kernels_->derive, members, 0, parameters, derived_, fastest_rate_buffer_, Real{1});
   fastest_rate_ = read(fastest_rate_buffer_, members);
   if (!heterogeneous_) return;
   if (tissue.coordinates() == nullptr) throw std::logic_error("heterogeneity needs the tissue's coordinates");
@@ -266,8 +263,8 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
   if (substeps > 1)
     launcher_.queue().enqueueFillBuffer(before_, cl_uchar{0}, 0, n * real_bytes(scene_.precision));
   const auto real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(kernels_->derive, cl::NDRange(tissue.tissue_cells.size()), cl::NDRange(1), 0, parameters,
-            derived_, fastest_rate_buffer_, Real{dt_ms});
+  launcher_.counted(kernels_->derive, tissue.tissue_cells.size(), 0, parameters, derived_,
+                    fastest_rate_buffer_, Real{dt_ms});
   if (constants_by_value_) constants_.values = read(derived_, models_.derived());
   launcher_(kernels_->initialise, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (5 + real * static_cast<double>(2 + models_.states())), parameters,

@@ -35,6 +35,9 @@ class ParameterTable {
   /// Index of `path`. Throws std::out_of_range naming the path.
   int index(std::string_view path) const;
 
+  /// The scene's own value of `path`. Throws std::out_of_range naming the path.
+  double value(std::string_view path) const { return (*this)[index(path)].value; }
+
   const std::vector<Parameter>& all() const { return parameters_; }
   Parameter& operator[](int index) { return parameters_[static_cast<size_t>(index)]; }
   const Parameter& operator[](int index) const { return parameters_[static_cast<size_t>(index)]; }

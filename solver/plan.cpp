@@ -359,7 +359,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
   refuse_beyond(plan.bytes, limit, whole_batch);
 
-  const double end_ms = scene.parameters[scene.parameters.index("time.end_ms")].value;
+  const double end_ms = scene.parameters.value("time.end_ms");
   if (eikonal) {
     // Measured with configs/eikonal.yaml on one CPU core with a triad of 18 GB/s; elsewhere in its
     // proportion.

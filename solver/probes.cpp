@@ -43,8 +43,7 @@ Probes::Probes(Launcher& launcher, const Scene& scene, const Definitions& defini
                int samples)
     : launcher_(launcher), scene_(scene), samples_(samples) {
   Device& device = launcher.device();
-  record_ = launcher.handle(device.build({"probes.cl"}, definitions.options, definitions.generated),
-                            "record_probes");
+  record_ = launcher.handle(definitions.build(device, {"probes.cl"}), "record_probes");
   const std::size_t rows = static_cast<std::size_t>(members_per_batch) * scene.activation->probes.size();
   cells_ = device.allocate(rows * sizeof(int));
   series_ = device.allocate(rows * static_cast<std::size_t>(samples) * sizeof(float));
@@ -68,8 +67,8 @@ void Probes::prepare(const Tissue& tissue, std::span<const Member> members) {
 
 void Probes::sample(const cl::Buffer& potential, int sample) {
   if (rows_ == 0) return;
-  launcher_(record_, cl::NDRange(static_cast<std::size_t>(rows_)), cl::NDRange(1), 12.0 * rows_, potential,
-            cells_, series_, sample, samples_);
+  launcher_.counted(record_, static_cast<std::size_t>(rows_), 12.0 * rows_, potential, cells_, series_,
+                    sample, samples_);
 }
 
 std::vector<float> Probes::series() {

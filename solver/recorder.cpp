@@ -12,12 +12,10 @@ Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& de
       weighted_(scene.ecg && scene.ecg->method == EcgRequest::Method::lead_field ? LeadWeights::leads : 0),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
-  std::vector<std::string> options = definitions.options;
-  options.push_back("WIDTH=" + std::to_string(width_));
-  options.push_back("LEADS=" + std::to_string(weighted_));
-  options.push_back("ROW=" + std::to_string(quantities_));
   const cl::Program program =
-      device.build({"segments.clh", "diffusion.clh", "record.cl"}, options, definitions.generated);
+      definitions.build(device, {"segments.clh", "diffusion.clh", "record.cl"},
+                        {"WIDTH=" + std::to_string(width_), "LEADS=" + std::to_string(weighted_),
+                         "ROW=" + std::to_string(quantities_)});
   record_blocks_ = launcher.handle(program, "record_blocks");
   record_totals_ = launcher.handle(program, "record_totals");
   const auto bytes =

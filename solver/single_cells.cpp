@@ -32,7 +32,7 @@ SingleCells::SingleCells(Launcher& launcher, Precision precision, const std::str
   fastest_rate_ = device.allocate(n * real);
   V_ = device.allocate(n * real);
   states_ = device.allocate(n * model_.states.size() * real);
-  const std::vector<std::string> files = {"cells/" + model_.name + ".cl", "single_cells.cl"};
+  const std::vector<std::string> files = {"gates.clh", "cells/" + model_.name + ".cl", "single_cells.cl"};
   std::vector<std::string> options;
   if (precision == Precision::double_) options.push_back("DOUBLE");
   const cl::Program setup = device.build(files, options, model_.macros());
@@ -80,8 +80,8 @@ void SingleCells::write(const std::vector<double>& V, const std::vector<double>&
 void SingleCells::derive(double dt_ms) {
   const std::vector<std::byte> raw = pack(parameters_, precision_);
   launcher_.queue().enqueueWriteBuffer(parameter_buffer_, CL_TRUE, 0, raw.size(), raw.data());
-  launcher_(derive_, cl::NDRange(static_cast<std::size_t>(padded_)), cl::NDRange(1), 0, parameter_buffer_,
-            derived_, fastest_rate_, Real{dt_ms}, padded_);
+  launcher_.counted(derive_, static_cast<std::size_t>(padded_), 0, parameter_buffer_, derived_, fastest_rate_,
+                    Real{dt_ms});
 }
 
 double SingleCells::fastest_rate() {
@@ -92,8 +92,7 @@ double SingleCells::fastest_rate() {
 
 void SingleCells::initialise() {
   derive(1);
-  launcher_(initialise_, cl::NDRange(static_cast<std::size_t>(padded_)), cl::NDRange(1), 0, parameter_buffer_,
-            V_, states_, padded_);
+  launcher_.counted(initialise_, static_cast<std::size_t>(padded_), 0, parameter_buffer_, V_, states_);
 }
 
 SingleCells::Trace SingleCells::pace(const std::vector<Pacing>& pacing, const Stimulus& stimulus,
@@ -129,10 +128,10 @@ SingleCells::Trace SingleCells::pace(const std::vector<Pacing>& pacing, const St
   cl::CommandQueue& queue = launcher_.queue();
   queue.enqueueWriteBuffer(protocol_buffer, CL_TRUE, 0, raw.size(), raw.data());
   queue.enqueueWriteBuffer(index_buffer, CL_TRUE, 0, indices.size() * sizeof(int), indices.data());
-  launcher_(pace_, cl::NDRange(row / static_cast<std::size_t>(width_)), cl::NDRange(1), 0, derived_, V_,
-            states_, protocol_buffer, trace_buffer, index_buffer, recorded, padded_, steps, sample,
-            std::max(steps_of(stimulus.duration_ms, dt_ms), 1), Real{stimulus.amplitude_mV_per_ms},
-            Real{dt_ms});
+  launcher_.counted(pace_, row / static_cast<std::size_t>(width_), 0, derived_, V_, states_, protocol_buffer,
+                    trace_buffer, index_buffer, recorded, padded_, steps, sample,
+                    std::max(steps_of(stimulus.duration_ms, dt_ms), 1), Real{stimulus.amplitude_mV_per_ms},
+                    Real{dt_ms});
   const std::vector<double> all = read(trace_buffer, samples * columns * cells);
 
   Trace trace;

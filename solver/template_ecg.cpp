@@ -124,8 +124,8 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
     for (size_t r = 0; r < scene.regions.size(); ++r)
       if (models_.of_region()[r] == static_cast<int>(k)) cells += static_cast<std::size_t>(columns_.count[r]);
     cells *= members;
-    const cl::Program program =
-        device.build({"cells/" + model.name + ".cl", "template_cells.cl"}, options, model.macros());
+    const cl::Program program = device.build(
+        {"gates.clh", "cells/" + model.name + ".cl", "template_cells.cl"}, options, model.macros());
     runs_.push_back({device.allocate(cells * model.parameters.size() * real),
                      device.allocate(cells * sizeof(int)), device.allocate(cells * real),
                      device.allocate(cells * real), device.allocate(cells * sizeof(int)),
@@ -270,11 +270,11 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
       queue.enqueueWriteBuffer(*buffer, CL_TRUE, 0, packed.size(), packed.data());
     }
     upload_ints(queue, runs.columns, batch.columns);
-    launcher_(runs.run, cl::NDRange(batch.columns.size()), cl::NDRange(1),
-              static_cast<double>(batch.columns.size()) * (phases_ + 1) * row_ *
-                  static_cast<double>(real_bytes(scene_.precision)),
-              runs.parameters, runs.columns, runs.threshold, runs.reference, table_, runs.silent,
-              Real{interval_ms_});
+    launcher_.counted(runs.run, batch.columns.size(),
+                      static_cast<double>(batch.columns.size()) * (phases_ + 1) * row_ *
+                          static_cast<double>(real_bytes(scene_.precision)),
+                      runs.parameters, runs.columns, runs.threshold, runs.reference, table_, runs.silent,
+                      Real{interval_ms_});
     std::vector<int> silent(batch.columns.size());
     queue.enqueueReadBuffer(runs.silent, CL_TRUE, 0, silent.size() * sizeof(int), silent.data());
     for (size_t c = 0; c < silent.size(); ++c) {

@@ -6,26 +6,18 @@
 
 namespace cohort {
 
-namespace {
-
-double structural(const Scene& scene, const char* path) {
-  return scene.parameters[scene.parameters.index(path)].value;
-}
-
-}  // namespace
-
 double sampling_interval_ms(const Scene& scene) {
-  return scene.ecg ? 1000.0 / structural(scene, "outputs.ecg.rate_hz") : 1.0;
+  return scene.ecg ? 1000.0 / scene.parameters.value("outputs.ecg.rate_hz") : 1.0;
 }
 
 int samples_of(const Scene& scene) {
   constexpr double rounding = 1e-9;
   return static_cast<int>(
-      std::ceil(structural(scene, "time.end_ms") / sampling_interval_ms(scene) - rounding));
+      std::ceil(scene.parameters.value("time.end_ms") / sampling_interval_ms(scene) - rounding));
 }
 
 void check_given_step(const Scene& scene) {
-  const double dt = structural(scene, "time.dt_ms");
+  const double dt = scene.parameters.value("time.dt_ms");
   if (dt <= 0) return;
   const double interval = sampling_interval_ms(scene), ratio = interval / dt;
   constexpr double tolerance = 1e-6;
@@ -38,7 +30,7 @@ void check_given_step(const Scene& scene) {
 
 TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion_limit_ms) {
   check_given_step(scene);
-  const double interval = sampling_interval_ms(scene), given = structural(scene, "time.dt_ms");
+  const double interval = sampling_interval_ms(scene), given = scene.parameters.value("time.dt_ms");
   TimeSteps steps{};
   if (given > 0) {
     steps.per_sample = static_cast<int>(std::lround(interval / given));

@@ -25,9 +25,16 @@ void upload(cl::CommandQueue& queue, const cl::Buffer& buffer, const std::vector
 
 }  // namespace
 
+cl::Program Definitions::build(Device& device, const std::vector<std::string>& files,
+                               const std::vector<std::string>& more) const {
+  std::vector<std::string> all = options;
+  all.insert(all.end(), more.begin(), more.end());
+  return device.build(files, all, generated);
+}
+
 Grid make_grid(const Scene& scene, std::span<const Member> members) {
   Grid grid{};
-  grid.dx_mm = scene.parameters[scene.parameters.index("grid.dx_mm")].value;
+  grid.dx_mm = scene.parameters.value("grid.dx_mm");
   std::array<double, 3> lower{}, upper{};
   lower.fill(1e30);
   upper.fill(-1e30);

@@ -33,6 +33,9 @@ Grid make_grid(const Scene& scene, std::span<const Member> members);
 struct Definitions {
   std::string generated;
   std::vector<std::string> options;
+  /// Program of `files` with these and `more` options.
+  cl::Program build(Device& device, const std::vector<std::string>& files,
+                    const std::vector<std::string>& more = {}) const;
 };
 Definitions scene_definitions(const Scene& scene, const Grid& grid);
 

@@ -181,23 +181,9 @@ void cell_derive(const real *p, real dt, real *d) {
 // 0.7 %. The upstroke quickens about with the root of the sodium conductance.
 real cell_fastest_rate(const real *p) { return R(3.9) * fmax(R(1.0), sqrt(p[P_gNa] / R(7.8))); }
 
-// 1 - exp(-z) for z > 0 to z^5/720: the share of the way to its end that a gate goes in a step of z time constants. Below 1 for
-// every z, so that gates stay in [0, 1]; largest at z = sqrt(12), where it is held.
-static inline realv courtemanche_share(realv z) {
-  const realv x = fmin(z, (realv)(R(3.4641016)));
-  return x / fma(x, fma(x, (realv)(R(1.0) / 12), (realv)(R(0.5))), (realv)(1));
-}
-
-// x / (exp(x) - 1), with e = exp(x): the voltage-dependent rates, whole at x = 0.
-static inline realv courtemanche_rate(realv x, realv e) {
-  const realv y = x * x;
-  const realv series = 1 - R(0.5) * x + y * (R(1.0) / 12 - y * (R(1.0) / 720 - y * (R(1.0) / 30240)));
-  return WHERE(isless(fabs(x), (realv)(R(0.5))), series, x / (e - 1));
-}
-
 // m after dt ms at the potential v.
 static inline realv courtemanche_m(realv m, realv v, real dt) {
-  const realv x = R(-0.1) * (v + R(47.13)), opening = R(3.2) * courtemanche_rate(x, exp(x));
+  const realv x = R(-0.1) * (v + R(47.13)), opening = R(3.2) * over_expm1(x, exp(x));
   const realv rate = opening + R(0.08) * exp(v * (R(-1.0) / 11)), end = opening / rate;
   return fma(exp(-dt * rate), m - end, end);
 }
@@ -212,7 +198,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   const realv Nai = d[D_Nai] + state[S_Nai_change], Ki = d[D_Ki] + state[S_Ki_change];
 
 #define GO(gate, end, share) state[S_##gate] = fma(share, (end) - state[S_##gate], state[S_##gate])
-#define TOWARDS(gate, end, rate) GO(gate, end, courtemanche_share(dt * (rate)))
+#define TOWARDS(gate, end, rate) GO(gate, end, gate_share(dt * (rate)))
   // Fast sodium current.
   state[S_m] = courtemanche_m(state[S_m], v, R(0.5) * dt);
   {
@@ -241,7 +227,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   {
     const realv rate = R(0.65) * d[D_Q10] *
                        (1 / (exp((v + 10) * (-1 / R(8.5))) + exp((v - 30) * (R(-1.0) / 59))) + 1 / (R(2.5) + exp((v + 82) * (R(1.0) / 17))));
-    const realv share = courtemanche_share(dt * rate);
+    const realv share = gate_share(dt * rate);
     GO(oa, 1 / (1 + exp((v + R(20.47)) * (-1 / R(17.54)))), share);
     GO(ua, 1 / (1 + exp((v + R(30.3)) * (-1 / R(9.6)))), share);
     TOWARDS(oi, 1 / (1 + exp((v + R(43.1)) * (1 / R(5.3)))),
@@ -253,15 +239,15 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   {
     const realv x = (v + R(14.1)) * R(-0.2), y = (v - R(3.3328)) * (1 / R(5.1237));
     TOWARDS(xr, 1 / (1 + exp((v + R(14.1)) * (-1 / R(6.5)))),
-            R(0.0015) * courtemanche_rate(x, exp(x)) + R(7.3898e-5) * R(5.1237) * courtemanche_rate(y, exp(y)));
+            R(0.0015) * over_expm1(x, exp(x)) + R(7.3898e-5) * R(5.1237) * over_expm1(y, exp(y)));
     const realv s = v - R(19.9), a = s * (R(-1.0) / 17), b = s * (R(1.0) / 9);
     TOWARDS(xs, rsqrt(1 + exp(s * (-1 / R(12.7)))),
-            2 * (R(6.8e-4) * courtemanche_rate(a, exp(a)) + R(3.15e-4) * courtemanche_rate(b, exp(b))));
+            2 * (R(6.8e-4) * over_expm1(a, exp(a)) + R(3.15e-4) * over_expm1(b, exp(b))));
   }
   // L-type calcium current.
   {
     const realv x = (v + 10) * (-1 / R(6.24)), e = exp(x), y = R(0.0337) * (v + 10);
-    TOWARDS(d, 1 / (1 + exp((v + 10) * R(-0.125))), R(0.035) * R(6.24) * courtemanche_rate(x, e) * (1 + e));
+    TOWARDS(d, 1 / (1 + exp((v + 10) * R(-0.125))), R(0.035) * R(6.24) * over_expm1(x, e) * (1 + e));
     TOWARDS(f, 1 / (1 + exp((v + 28) * (1 / R(6.9)))), (R(0.0197) * exp(-y * y) + R(0.02)) * (R(1.0) / 9));
     GO(fCa, 1 / (1 + Cai * (1 / R(0.00035))), d[D_fCa_step]);
   }
@@ -299,7 +285,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
     state[S_u] = WHERE(isless(state[S_u], (realv)(R(1e-15))), (realv)(0), state[S_u]);  // no denormal numbers, which CPUs are slow with
     TOWARDS(v, closed, 1 / fma(opened, (realv)(R(2.09)), (realv)(R(1.91))));
     const realv x = (v - R(7.9)) * R(-0.2), e = exp(x);
-    TOWARDS(w, 1 / (1 + exp((v - 40) * (R(1.0) / 17))), courtemanche_rate(x, e) * (1 + R(0.3) * e) * (1 / R(1.2)));
+    TOWARDS(w, 1 / (1 + exp((v - 40) * (R(1.0) / 17))), over_expm1(x, e) * (1 + R(0.3) * e) * (1 / R(1.2)));
   }
 #undef TOWARDS
 #undef GO

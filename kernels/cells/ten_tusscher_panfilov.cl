@@ -222,20 +222,6 @@ void cell_derive(const real *p, real dt, real *d) {
 // 0.9 %. The upstroke quickens about with the root of the sodium conductance.
 real cell_fastest_rate(const real *p) { return R(3.9) * fmax(R(1.0), sqrt(p[P_gNa] / R(14.838))); }
 
-// 1 - exp(-z) for z > 0 to z^5/720: the share of the way to its end that a gate goes in a step of z time constants. Below 1 for
-// every z, so that gates stay in [0, 1]; largest at z = sqrt(12), where it is held.
-static inline realv ten_tusscher_share(realv z) {
-  const realv x = fmin(z, (realv)(R(3.4641016)));
-  return x / fma(x, fma(x, (realv)(R(1.0) / 12), (realv)(R(0.5))), (realv)(1));
-}
-
-// x / (exp(x) - 1), with e = exp(x).
-static inline realv ten_tusscher_ghk(realv x, realv e) {
-  const realv y = x * x;
-  const realv series = 1 - R(0.5) * x + y * (R(1.0) / 12 - y * (R(1.0) / 720 - y * (R(1.0) / 30240)));
-  return WHERE(isless(fabs(x), (realv)(R(0.5))), series, x / (e - 1));
-}
-
 // m after dt ms at the potential v, with e5 = exp(v / 5).
 static inline realv ten_tusscher_m(realv m, realv v, realv e5, real dt) {
   const realv closed = 1 + exp((v + R(56.86)) * (-1 / R(9.03))), end = 1 / (closed * closed);
@@ -257,7 +243,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   const realv e30 = exp(v * (R(1.0) / 30)), e15 = e30 * e30, e6 = e15 * e15 * e30;
   const realv e14 = exp(v * (R(1.0) / 14)), e7 = e14 * e14;
 
-#define TOWARDS(gate, end, rate) state[S_##gate] = fma(ten_tusscher_share(dt * (rate)), (end) - state[S_##gate], state[S_##gate])
+#define TOWARDS(gate, end, rate) state[S_##gate] = fma(gate_share(dt * (rate)), (end) - state[S_##gate], state[S_##gate])
 #define C(x) ((realv)(R(x)))
   state[S_m] = ten_tusscher_m(state[S_m], v, e5, R(0.5) * dt);
   {
@@ -334,7 +320,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   const realv g_to = d[D_gto] * state[S_r] * state[S_s], g_Kr = d[D_gKr] * state[S_xr1] * state[S_xr2];
   const realv g_Ks = d[D_gKs] * xs * xs;
 
-  const realv x = 2 * (v - 15) * d[D_F_over_RT], B = ten_tusscher_ghk(x, exp(x));
+  const realv x = 2 * (v - 15) * d[D_F_over_RT], B = over_expm1(x, exp(x));
   const realv ICaL = d[D_P_CaL_two_F] * state[S_d] * state[S_f] * state[S_f2] * state[S_fcass] *
                      (R(0.25) * CaSS * (x + B) - d[D_Cao] * B);
   // Inward rectifier: a / (a + b) with a = 0.1 / (1 + e06), b = (3 e0002 + e01) / (1 + e05).

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """analysis/ reads what the program writes. usage: analysis.py COHORT"""
+import os
 import pathlib
 import shutil
 import subprocess
@@ -111,6 +112,15 @@ class ReadsTheProgramsFile(unittest.TestCase):
         self.store.refresh()
         self.assertTrue(self.store.finished)
         self.assertEqual(self.store.ecg(0)[0, 0], 7)
+
+    def test_niederers_benchmark_leaves_tracked_results_alone(self):
+        tracked = {path: path.read_bytes() for path in (SOURCE / "tests" / "results").iterdir()}
+        environment = {**os.environ, "COHORT": COHORT, "DEVICE": "cpu", "PYTHON": sys.executable}
+        subprocess.run([SOURCE / "jobs" / "niederer.sh", "1"], cwd=self.folder, env=environment, check=True)
+        page = (self.folder / "niederer-results" / "niederer.md").read_text()
+        self.assertIn("## dx 1 mm", page)
+        self.assertIn("| (20, 7, 3) |", page)
+        self.assertEqual(tracked, {path: path.read_bytes() for path in (SOURCE / "tests" / "results").iterdir()})
 
     def test_without_ecg(self):
         run(self.folder, "slab.yaml", "grid.dx_mm=1", "time.end_ms=5")

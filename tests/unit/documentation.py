@@ -42,8 +42,29 @@ def options(command):
     return set(re.findall(r"--[a-z][a-z-]*", result.stdout)) if result.returncode == 0 else None
 
 
+def values(config):
+    """{path: the rest of its line}, what is sampled left out, of `cohort parameters`."""
+    result = cohort("parameters", config)
+    rows = [line.split(maxsplit=1) for line in result.stdout.splitlines()]
+    return {path: " ".join(rest.split()) for path, rest in rows if not re.search(r"(uniform|normal|choice) \[", rest)}
+
+
 class Documentation(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        """campaign.yaml is the first campaign of the README."""
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.campaign = pathlib.Path(folder.name) / "campaign.yaml"
+        cls.campaign.write_text(blocks((SOURCE / "README.md").read_text(), "yaml")[0])
+
+    def test_the_first_campaign_is_the_default_heart(self):
+        ours, default = values(str(self.campaign)), values("configs/heart.yaml")
+        self.assertEqual(len(default) - len(ours), 4)
+        self.assertEqual(ours, {path: default[path] for path in ours})
+
     def check_cohort(self, words):
+        words = [str(self.campaign) if word == "campaign.yaml" else word for word in words]
         command, arguments = words[0], words[1:]
         self.assertIsNotNone(options(command), f"cohort {command} does not exist")
         unknown = {word for word in arguments if word.startswith("--")} - options(command)

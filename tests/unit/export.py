@@ -148,6 +148,17 @@ class Export(unittest.TestCase):
         steps = numpy.diff(activation.isochrones(numpy.array([3.2, numpy.nan, 41]), None))
         self.assertTrue((steps == steps[0]).all() and len(steps) <= 21)
 
+    def test_labels_of_the_colour_bar_stay_apart(self):
+        for step, at_least in ((None, 10), (0.5, 10), (0.1, 5)):
+            figure = activation.draw(self.image, (5, 2.5, 2), step, "block")
+            self.addCleanup(activation.plt.close, figure)
+            figure.draw_without_rendering()
+            labels = sorted((label.get_window_extent() for label in figure.axes[-1].get_yticklabels() if label.get_text()),
+                            key=lambda box: box.y0)
+            self.assertGreaterEqual(len(labels), at_least)
+            for below, above in zip(labels, labels[1:]):
+                self.assertLess(below.y1, above.y0)
+
     def test_vtk_reads_the_same(self):
         try:
             from vtkmodules.util.numpy_support import vtk_to_numpy

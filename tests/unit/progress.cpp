@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "ensemble/performance_report.hpp"
 #include "ensemble/status.hpp"
 #include "tests/robustness/fake_campaign.hpp"
 
@@ -27,6 +28,34 @@ TEST(Progress, Durations) {
   EXPECT_EQ(duration_text(0), "0:00:00");
   EXPECT_EQ(duration_text(3723.4), "1:02:03");
   EXPECT_EQ(duration_text(360000), "100:00:00");
+}
+
+// The line of `kernel` in a report.
+std::string line_of(const std::string& report, const std::string& kernel) {
+  const std::size_t first = report.find("\n" + kernel) + 1;
+  return first == 0 ? "" : report.substr(first, report.find('\n', first) - first);
+}
+
+TEST(PerformanceReport, GivesRatesOrSaysWhyNot) {
+  ProcessPerformance rank;
+  rank.device = "some device";
+  rank.triad_GB_per_s = 10;
+  rank.kernels = {{"compiled_once", 1, 0, 1e6}, {"half", 10, 2, 1e6}, {"sweep", 4, 1, 0}};
+  std::string report = performance_report(rank, {});
+  EXPECT_TRUE(line_of(report, "compiled_once").empty());
+  EXPECT_TRUE(line_of(report, "half").ends_with("5.0      50 %")) << report;  // 10 MB in 2 ms
+  EXPECT_TRUE(line_of(report, "sweep").ends_with("-         -")) << report;
+  EXPECT_NE(report.find("\n-: "), std::string::npos);
+  EXPECT_EQ(report.find("caches"), std::string::npos);
+
+  rank.kernels = {{"small", 10, 2, 4e6}};
+  report = performance_report(rank, {});
+  EXPECT_TRUE(line_of(report, "small").ends_with("20.0     200 %")) << report;
+  EXPECT_NE(report.find("more than 100 %: from the device's caches"), std::string::npos);
+  EXPECT_EQ(report.find("\n-: "), std::string::npos);
+
+  rank.kernels = {{"compiled_once", 1, 0, 1e6}};
+  EXPECT_NE(performance_report(rank, {}).find("no kernel was timed"), std::string::npos);
 }
 
 TEST(Status, ExitCodes) {

@@ -15,69 +15,62 @@ namespace {
 
 constexpr double ball_radius = 16, sigma_i = 0.17, slope = 2;  // mm, mS/mm, mV/mm
 
-struct Ball {
-  Ball(TorsoKind torso, double dx, double torso_dx) {
-    scene.geometry = GeometryKind::shapes;
-    scene.shapes = {{"ball", Shape::Kind::ellipsoid, {}}};
-    scene.regions = {{"tissue", "ball", true, Region::Fibres::none}};
-    scene.torso = torso;
-    scene.ecg.emplace();
-    declare_parameters(scene);
-    const char* axes[] = {".x", ".y", ".z"};
-    for (const char* axis : axes)
-      set(std::string("geometry.shapes.ball.ellipsoid.semi_axes_mm") + axis, ball_radius);
-    set("grid.dx_mm", dx);
-    set("electrophysiology.intracellular_longitudinal_mS_per_mm", sigma_i);
-    set("electrophysiology.intracellular_transverse_mS_per_mm", sigma_i);
-    set("torso.conductivity_mS_per_mm", 0.2);
-    for (const char* angle : {"azimuth_deg", "elevation_deg", "roll_deg"})
-      set(std::string("torso.heart.") + angle, 0);
-    // The ball's centre, the origin of the heart's frame, lies off the middle of the torso.
-    const double place[] = {20, -15, 25};
-    for (size_t a = 0; a < 3; ++a) {
-      set(std::string("torso.heart.point_mm") + axes[a], 0);
-      set(std::string("torso.heart.position_mm") + axes[a], place[a]);
-    }
-    if (torso == TorsoKind::ellipsoid) {
-      set("torso.dx_mm", torso_dx);
-      set("torso.half_width_mm", sphere::radius_mm);
-      set("torso.half_depth_mm", sphere::radius_mm);
-      set("torso.lower_mm", -sphere::radius_mm);
-      set("torso.upper_mm", sphere::radius_mm);
-    }
-    // Electrodes all around, on the sphere.
-    for (size_t e = 0; e < electrode_names.size(); ++e) {
-      const double polar = 0.5 + 0.25 * static_cast<double>(e), around = 2.4 * static_cast<double>(e);
-      const double direction[] = {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
-                                  std::cos(polar)};
-      for (size_t a = 0; a < 3; ++a)
-        set("torso.electrodes." + std::string(electrode_names[e]) + "_mm" + axes[a],
-            sphere::radius_mm * direction[a]);
-    }
-    member.values = scene.parameters.values();
-    scene.parameters.resolve(member.values);
+Scene ball_scene(TorsoKind torso) {
+  Scene scene;
+  scene.geometry = GeometryKind::shapes;
+  scene.shapes = {{"ball", Shape::Kind::ellipsoid, {}}};
+  scene.regions = {{"tissue", "ball", true, Region::Fibres::none}};
+  scene.torso = torso;
+  scene.ecg.emplace();
+  return scene;
+}
+
+std::vector<std::pair<std::string, double>> ball_values(TorsoKind torso, double dx, double torso_dx) {
+  std::vector<std::pair<std::string, double>> set = {
+      {"grid.dx_mm", dx},
+      {"electrophysiology.intracellular_longitudinal_mS_per_mm", sigma_i},
+      {"electrophysiology.intracellular_transverse_mS_per_mm", sigma_i},
+      {"torso.conductivity_mS_per_mm", 0.2}};
+  const char* axes[] = {".x", ".y", ".z"};
+  for (const char* axis : axes)
+    set.emplace_back(std::string("geometry.shapes.ball.ellipsoid.semi_axes_mm") + axis, ball_radius);
+  for (const char* angle : {"azimuth_deg", "elevation_deg", "roll_deg"})
+    set.emplace_back(std::string("torso.heart.") + angle, 0);
+  // The ball's centre, the origin of the heart's frame, lies off the middle of the torso.
+  const double place[] = {20, -15, 25};
+  for (size_t a = 0; a < 3; ++a) {
+    set.emplace_back(std::string("torso.heart.point_mm") + axes[a], 0);
+    set.emplace_back(std::string("torso.heart.position_mm") + axes[a], place[a]);
   }
-  void set(const std::string& path, double value) {
-    scene.parameters[scene.parameters.index(path)].value = value;
+  if (torso == TorsoKind::ellipsoid) {
+    set.emplace_back("torso.dx_mm", torso_dx);
+    set.emplace_back("torso.half_width_mm", sphere::radius_mm);
+    set.emplace_back("torso.half_depth_mm", sphere::radius_mm);
+    set.emplace_back("torso.lower_mm", -sphere::radius_mm);
+    set.emplace_back("torso.upper_mm", sphere::radius_mm);
   }
+  // Electrodes all around, on the sphere.
+  for (size_t e = 0; e < electrode_names.size(); ++e) {
+    const double polar = 0.5 + 0.25 * static_cast<double>(e), around = 2.4 * static_cast<double>(e);
+    const double direction[] = {std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
+                                std::cos(polar)};
+    for (size_t a = 0; a < 3; ++a)
+      set.emplace_back("torso.electrodes." + std::string(electrode_names[e]) + "_mm" + axes[a],
+                       sphere::radius_mm * direction[a]);
+  }
+  return set;
+}
+
+struct Ball : Slab {
+  Ball(TorsoKind torso, double dx, double torso_dx)
+      : Slab(ball_scene(torso), ball_values(torso, dx, torso_dx)) {}
 
   // Largest error of the eight leads over three directions of the dipole, relative to the largest lead.
   double error() {
-    const std::span<const Member> one(&member, 1);
-    const Grid grid = make_grid(scene, one);
-    const Definitions definitions = scene_definitions(scene, grid);
-    Launcher launcher(device(), scene.precision);
-    Tissue tissue(launcher, scene, grid, 1);
-    Diffusion diffusion(launcher, scene, definitions);
-    LeadWeights weights(launcher, scene, definitions, 1);
-    const std::vector<std::byte> packed = pack(member.values, scene.precision);
-    const cl::Buffer parameters = device().allocate(packed.size());
-    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
-    tissue.build(parameters, 1);
-    tissue.build_fibres(parameters);
-    weights.assemble(tissue, diffusion, parameters, one);
-    std::vector<float> w(static_cast<size_t>(tissue.stride) * LeadWeights::leads);
-    launcher.queue().enqueueReadBuffer(weights.weights(), CL_TRUE, 0, w.size() * sizeof(float), w.data());
+    LeadWeights weights(*launcher, scene, definitions, 1);
+    weights.assemble(*tissue, *diffusion, parameters, {&member, 1});
+    std::vector<float> w(static_cast<size_t>(tissue->stride) * LeadWeights::leads);
+    launcher->queue().enqueueReadBuffer(weights.weights(), CL_TRUE, 0, w.size() * sizeof(float), w.data());
 
     const std::array<Point, 9> electrodes = electrode_places(scene.torso, scene.parameters, member.values);
     const Pose pose = heart_pose(scene.parameters, member.values);
@@ -86,13 +79,14 @@ struct Ball {
     double largest = 0, worst = 0;
     for (size_t axis = 0; axis < 3; ++axis) {
       std::array<double, LeadWeights::leads> lead{}, exact{};
-      for (std::size_t i = 0; i < tissue.regions.size(); ++i) {
-        if (tissue.regions[i] == 255) continue;
-        const int cell = tissue.first_cells[i / 8] + static_cast<int>(i % 8);
+      for (std::size_t i = 0; i < tissue->regions.size(); ++i) {
+        if (tissue->regions[i] == 255) continue;
+        const int cell = tissue->first_cells[i / 8] + static_cast<int>(i % 8);
         const std::array<int, 3> index = {cell % grid.cells[0], cell / grid.cells[0] % grid.cells[1],
                                           cell / (grid.cells[0] * grid.cells[1])};
         const double V = slope * (grid.origin_mm[axis] + grid.dx_mm * (index[axis] + 0.5));
-        for (size_t q = 0; q < lead.size(); ++q) lead[q] += w[q * static_cast<size_t>(tissue.stride) + i] * V;
+        for (size_t q = 0; q < lead.size(); ++q)
+          lead[q] += w[q * static_cast<size_t>(tissue->stride) + i] * V;
       }
       const double moment = -sigma_i * slope * volume;  // uA mm
       Point direction{};                                // in the torso's frame
@@ -118,9 +112,6 @@ struct Ball {
     }
     return worst / largest;
   }
-
-  Scene scene;
-  Member member{0, {}};
 };
 
 TEST(Ecg, PolarisedBallInAnUnboundedMediumIsADipole) {

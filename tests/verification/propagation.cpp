@@ -62,45 +62,18 @@ TEST(Conductivity, PutsChargeAlongAcrossAndObliqueToTheFibres) {
 
 // A block under one uniform stimulus and no reaction: the potential is the stimulus's integral.
 double lifted(const std::vector<std::pair<std::string, double>>& stimulus, double end, double dt) {
-  Scene scene;
-  scene.geometry = GeometryKind::box;
-  scene.stimuli = {{"s", Stimulus::Kind::sphere, ""}};
-  declare_parameters(scene);
-  const auto set = [&](const std::string& path, double value) {
-    scene.parameters[scene.parameters.index(path)].value = value;
-  };
-  set("geometry.box.size_mm.x", 8);
-  set("geometry.box.size_mm.y", 1);
-  set("geometry.box.size_mm.z", 1);
-  set("grid.dx_mm", 1);
-  set("stimuli.s.radius_mm", 1000);
-  set(ms + "tau_in_ms", 1e12);
-  set(ms + "tau_out_ms", 1e12);
-  for (const auto& [name, value] : stimulus) set("stimuli.s." + name, value);
-  Member member{0, scene.parameters.values()};
-  scene.parameters.resolve(member.values);
-  const std::span<const Member> one(&member, 1);
-  const Grid grid = make_grid(scene, one);
-  const Definitions definitions = scene_definitions(scene, grid);
-  Launcher launcher(device(), scene.precision);
-  Tissue tissue(launcher, scene, grid, 1);
-  Diffusion diffusion(launcher, scene, definitions);
-  Monodomain monodomain(launcher, scene, definitions, 1);
-  const std::vector<std::byte> packed = pack(member.values, scene.precision);
-  const cl::Buffer parameters = device().allocate(packed.size());
-  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
-  tissue.build(parameters, 1);
-  tissue.build_fibres(parameters);
-  monodomain.assemble(tissue, diffusion, parameters, one);
-  monodomain.initialise(tissue, parameters, dt, 1);
+  std::vector<std::pair<std::string, double>> set = {
+      {"stimuli.s.radius_mm", 1000}, {ms + "tau_in_ms", 1e12}, {ms + "tau_out_ms", 1e12}};
+  for (const auto& [name, value] : stimulus) set.emplace_back("stimuli.s." + name, value);
+  Slab slab({8, 1, 1}, 1, Precision::single_, "mitchell_schaeffer", set, {{"s", Stimulus::Kind::sphere, ""}});
+  slab.monodomain->initialise(*slab.tissue, slab.parameters, dt, 1);
   const auto first = static_cast<int>(std::lround(std::max(0.0, end - 400) / dt));
   for (int step = first; step < std::lround(end / dt); ++step)
-    monodomain.advance(tissue, parameters, step * dt, step == first);
-  std::vector<float> V(static_cast<size_t>(tissue.stride));
-  launcher.queue().enqueueReadBuffer(monodomain.potential(), CL_TRUE, 0, V.size() * sizeof(float), V.data());
+    slab.monodomain->advance(*slab.tissue, slab.parameters, step * dt, step == first);
+  const std::vector<double> V = slab.potential();
   constexpr double resting = -85;
-  for (std::size_t i = 0; i < tissue.regions.size(); ++i)
-    if (tissue.regions[i] != 255) return static_cast<double>(V[i]) - resting;
+  for (std::size_t i = 0; i < slab.tissue->regions.size(); ++i)
+    if (slab.tissue->regions[i] != 255) return V[i] - resting;
   return 0;
 }
 
