@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
-#include <map>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -13,6 +12,7 @@
 #include "solver/forward_ecg.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
 #include "solver/reaction_eikonal.hpp"
 #include "solver/recorder.hpp"
@@ -159,30 +159,6 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
     spdlog::warn(
         "velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms have no effect: the monodomain "
         "equation conducts by its conductivities; electrophysiology.activation: reaction_eikonal takes them");
-}
-
-// What is odd about the protocol, and for how many members; about the scene's own values where there are
-// none.
-void warn_of_protocol(const Scene& scene, std::span<const Member> members, const Member& base) {
-  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
-  std::map<std::string, std::size_t> warnings;
-  for (const Member& member : all)
-    for (const std::string& warning : stimulus_warnings(scene, member.values)) ++warnings[warning];
-  for (const auto& [warning, count] : warnings) {
-    if (count == all.size())
-      spdlog::warn("{}", warning);
-    else
-      spdlog::warn("{}, in {} of {} members", warning, count, all.size());
-  }
-}
-
-void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base) {
-  if (!scene.activation) return;
-  for (const std::string& probe : scene.activation->probes)
-    if (!nearest_cell(tissue, 0, probe_point(scene, probe, base.values)))
-      spdlog::warn(
-          "probe \"{}\" lies outside the tissue of the scene's own values: what it reads is undefined",
-          probe);
 }
 
 }  // namespace
@@ -354,6 +330,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
+  warn_of_stimuli(scene, monodomain);
   const TimeSteps steps =
       choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
   const double bound = 2 / monodomain.fastest_rate()[0];
