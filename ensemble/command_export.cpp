@@ -47,12 +47,15 @@ ExitCode command_export(const CampaignOptions& options) {
   share_cores({});
   Device device(choose_device(options.device, {}));
   for (const std::string& kind : options.exports)
-    if (is_nifti_name(kind)) export_labels(kind, device, campaign, member, options.export_spacing_mm);
+    if (is_nifti_name(kind))
+      told_in_place(campaign,
+                    [&] { export_labels(kind, device, campaign, member, options.export_spacing_mm); });
   if (std::find(options.exports.begin(), options.exports.end(), "vtk") == options.exports.end())
     return ExitCode::done;
   PlanOptions plan_options;
   plan_options.members_per_device = 1;
-  const Plan plan = make_plan(device, campaign.scene, {&member, 1}, plan_options);
+  Plan plan;
+  told_in_place(campaign, [&] { plan = make_plan(device, campaign.scene, {&member, 1}, plan_options); });
   export_vtk({campaign, member, device, plan}, options.export_every_ms);
   return ExitCode::done;
 }

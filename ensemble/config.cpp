@@ -47,13 +47,14 @@ void refuse_set_of_sampled(Node* scene, Node* outputs, const Campaign& campaign,
 }
 
 /// Declares the parameters that the structure holds; what a `sound` structure lacks is a mistake of the
-/// scene, what one with mistakes lacks follows from those.
-bool declare(Scene& scene, bool sound, const Place& place, Mistakes& mistakes) {
+/// file, of what it names or else of the scene at `place`; what one with mistakes lacks follows from those.
+bool declare(Scene& scene, bool sound, const Places& places, const Place& place, Mistakes& mistakes) {
   try {
     declare_parameters(scene);
     return true;
   } catch (const std::invalid_argument& error) {
-    if (sound) mistakes.add(place, error.what());
+    if (sound)
+      mistakes.add(place_named(places, scene.parameters, error.what()).value_or(place), error.what());
     return false;
   }
 }
@@ -61,7 +62,7 @@ bool declare(Scene& scene, bool sound, const Place& place, Mistakes& mistakes) {
 /// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
 void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
   scene.ecg.emplace();
-  if (declare(scene, false, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
+  if (declare(scene, false, {}, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
   torso.read = true;
 }
 
@@ -111,6 +112,7 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
     name_levels(*scene, "");
     scene->name = "scene";
   }
+  gather_places(root, campaign.places);
 
   const size_t before = mistakes.size();
   read_structure(scene, outputs, file, campaign.scene, mistakes);
@@ -118,7 +120,8 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
   std::string points;
   if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
     check_unused_torso(*torso, campaign.scene, mistakes);
-  const bool declared = declare(campaign.scene, sound, scene ? scene->place : root.place, mistakes);
+  const bool declared =
+      declare(campaign.scene, sound, campaign.places, scene ? scene->place : root.place, mistakes);
   if (declared) {
     if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);
     if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "ensemble/identity.hpp"
+#include "ensemble/places.hpp"
 #include "ensemble/sha256.hpp"
 #include "ensemble/suggest.hpp"
 
@@ -172,6 +173,35 @@ TEST(Config, SetReachesAVectorAndItsComponents) {
   EXPECT_EQ(value(campaign, "geometry.box.size_mm.x"), 20);
   EXPECT_EQ(value(campaign, "geometry.box.size_mm.y"), 9);
   EXPECT_EQ(value(campaign, "stimuli.corner.upper_mm.z"), 4);
+}
+
+/// What the program tells of an exception with `message` once the campaign has been read.
+std::string told(const Campaign& campaign, const std::string& message) {
+  try {
+    cohort::told_in_place(campaign, [&] { throw std::invalid_argument(message); });
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(Config, WhatIsRefusedLaterIsToldAtItsPlace) {
+  const Campaign campaign = parse_campaign(heart, "heart.yaml", {"time.end_ms=5"});
+  const auto expect = [&](const std::string& message, const std::string& place) {
+    EXPECT_EQ(told(campaign, message), place + message);
+  };
+  expect("grid.dx_mm is too coarse", "heart.yaml:4:17: ");
+  expect("outputs.ecg.method: forward needs grid.dx_mm", "heart.yaml:4:17: ");
+  expect("no time.end_ms.", "--set:1: ");
+  // At its default: the level that it would stand in.
+  expect("outputs.ecg is short; torso.heart.roll_deg is odd", "heart.yaml:5:11: ");
+  expect("geometry.heart.rv_wall_mm is thin", "heart.yaml:3:14: ");
+  // Sampled: where its distribution stands.
+  expect("geometry.heart.lv_wall_mm is thin", "heart.yaml:7:3: ");
+  // Nothing of the file is named.
+  expect("too little device memory: 3.5 bytes", "");
+  expect("/tmp/grid.dx_mm/geometry.heart/time.end_ms: cannot be read", "");
+  expect("time is short", "");
 }
 
 TEST(Config, TextIsTheFileAndItsOverrides) {
