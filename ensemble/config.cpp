@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "ensemble/config_sections.hpp"
 #include "ensemble/identity.hpp"
@@ -46,6 +47,14 @@ void refuse_set_of_sampled(Node* scene, Node* outputs, const Campaign& campaign,
                mistakes);
 }
 
+/// The value below `node` that `path` leads to, or null.
+Node* find_level(Node& node, const std::string& path) {
+  Node* level = &node;
+  std::istringstream keys(path);
+  for (std::string key; level && std::getline(keys, key, '.');) level = level->find(key);
+  return level;
+}
+
 /// Declares the parameters that the structure holds; what a `sound` structure lacks is a mistake of the
 /// file, of what it names or else of the scene at `place`; what one with mistakes lacks follows from those.
 bool declare(Scene& scene, bool sound, const Places& places, const Place& place, Mistakes& mistakes) {
@@ -57,6 +66,27 @@ bool declare(Scene& scene, bool sound, const Places& places, const Place& place,
       mistakes.add(place_named(places, scene.parameters, error.what()).value_or(place), error.what());
     return false;
   }
+}
+
+/// Where the geometry has mistakes: marks as read what depends on it, so that nothing is told that follows
+/// from them, and returns these levels. With a simple geometry in its place all other numbers can be checked.
+std::vector<std::string> put_geometry_aside(Node& node, Scene& scene) {
+  Scene other = scene;
+  other.geometry = scene.geometry == GeometryKind::shapes ? GeometryKind::box : GeometryKind::heart;
+  other.labels.reset();
+  other.shapes.clear();
+  other.regions.clear();
+  other.region_cell_models.clear();
+  other.heterogeneity = {};
+  other.parameters = {};
+  scene = std::move(other);
+  std::vector<std::string> levels = {"geometry", "electrophysiology.regions",
+                                     "electrophysiology.heterogeneity"};
+  for (const std::string& model : cell_models())
+    if (model != scene.cell_model) levels.push_back("electrophysiology." + model);
+  for (const std::string& level : levels)
+    if (Node* aside = find_level(node, level)) aside->read = true;
+  return levels;
 }
 
 /// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
@@ -120,13 +150,18 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
   std::string points;
   if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
     check_unused_torso(*torso, campaign.scene, mistakes);
-  const bool declared =
-      declare(campaign.scene, sound, campaign.places, scene ? scene->place : root.place, mistakes);
+  const Place& place = scene ? scene->place : root.place;
+  std::vector<std::string> aside;
+  bool declared = declare(campaign.scene, sound, campaign.places, place, mistakes);
+  if (!declared && scene) {
+    aside = put_geometry_aside(*scene, campaign.scene);
+    declared = declare(campaign.scene, false, campaign.places, place, mistakes);
+  }
   if (declared) {
     if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);
     if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);
-    if (parameters) read_sampled(*parameters, campaign, mistakes);
-    points = read_campaign_section(section, file, campaign, mistakes);
+    if (parameters) read_sampled(*parameters, aside, campaign, mistakes);
+    points = read_campaign_section(section, file, aside.empty(), campaign, mistakes);
     refuse_set_of_sampled(scene, outputs, campaign, mistakes);
   }
 

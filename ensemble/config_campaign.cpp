@@ -91,7 +91,7 @@ std::string read_points(Node* points, Node* members, const Place& place, const s
 
 }  // namespace
 
-std::string read_campaign_section(Node* map, const std::string& file, Campaign& campaign,
+std::string read_campaign_section(Node* map, const std::string& file, bool complete, Campaign& campaign,
                                   Mistakes& mistakes) {
   Node empty;
   empty.kind = Node::Kind::map;
@@ -118,6 +118,7 @@ std::string read_campaign_section(Node* map, const std::string& file, Campaign& 
 
   Node* points = take(section, "points");
   check_keys(section, {}, mistakes);
+  if (campaign.method == Method::csv && !complete) return {};
   if (campaign.method == Method::csv)
     return read_points(points, members, section.place, file, campaign, mistakes);
   if (points) mistakes.add(points->place, "campaign.points belongs to method csv; set \"method: csv\"");
