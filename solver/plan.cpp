@@ -43,12 +43,29 @@ bool one_front(const Scene& scene, std::span<const double> values) {
   return true;
 }
 
-// Why the scene has no ECG without a time loop; empty where it can.
-std::string projection_refusal(const Scene& scene) {
+// Members that eikonal cannot activate: their number, and why the first of them.
+std::pair<std::size_t, std::string> without_velocity(const Scene& scene, std::span<const Member> members) {
+  const RegionParameters regions = region_parameters(scene);
+  std::pair<std::size_t, std::string> result;
+  for (const Member& member : members) {
+    std::string why = EikonalActivation::without_velocity(scene, regions, member.values);
+    if (!why.empty() && result.first++ == 0) result.second = std::move(why);
+  }
+  return result;
+}
+
+// Why the scene has no ECG without a time loop; empty where it can. A velocity that is sampled need not stand
+// in the scene.
+std::string projection_refusal(const Scene& scene, const Member& base, std::span<const Member> members) {
   if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
     return "activation: eikonal keeps no potentials, which outputs.ecg.method: forward needs";
-  const std::string why = EikonalActivation::refusal(scene);
-  return why.empty() ? TemplateEcg::refusal(scene) : why;
+  std::string why = EikonalActivation::refusal(scene);
+  if (why.empty()) why = TemplateEcg::refusal(scene);
+  if (!why.empty()) return why;
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  const auto [number, reason] = without_velocity(scene, all);
+  const bool asked_for = scene.activation_method == ActivationMethod::eikonal;
+  return number == 0 || (asked_for && number < all.size()) ? std::string() : reason;
 }
 
 // Whether any of `members` sets a conduction velocity.
@@ -72,18 +89,28 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
   // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
   // for, templates give them at a small part of the cost.
   if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
-    const std::string why = projection_refusal(scene);
+    const std::string why = projection_refusal(scene, base, members);
     plan.activation = why.empty() ? ActivationMethod::eikonal : ActivationMethod::reaction_eikonal;
     plan.activation_reason =
         why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
   }
   if (plan.activation == ActivationMethod::eikonal) {
+    // A velocity that is 0 in the scene is sampled: the first member that has one stands for all.
     const RegionParameters regions = region_parameters(scene);
+    const auto has = [&](const Member& member) {
+      return EikonalActivation::without_velocity(scene, regions, member.values).empty();
+    };
+    const auto sampled = has(base) ? members.end() : std::find_if(members.begin(), members.end(), has);
+    const Member& shown = sampled == members.end() ? base : *sampled;
+    const std::string whose = &shown == &base ? "" : " of member " + std::to_string(shown.id);
+    if (const std::size_t number = without_velocity(scene, members).first; number > 0)
+      spdlog::warn("{} of {} members have no conduction velocity in some region and will be rejected", number,
+                   members.size());
     for (size_t r = 0; r < scene.regions.size(); ++r) {
       if (regions.slot[r] < 0) continue;
       const auto first =
-          base.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
-      plan.conduction.push_back({scene.regions[r].name, first[0], first[1], 0, 0});
+          shown.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
+      plan.conduction.push_back({scene.regions[r].name + whose, first[0], first[1], 0, 0});
     }
     return;
   }
@@ -111,7 +138,8 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
            arrivals && front.given_across > 0 ? front.given_across : front.across_mm_per_ms,
            front.width_along_mm, front.width_across_mm});
   };
-  if (plan.activation == ActivationMethod::reaction_eikonal && projection_refusal(scene).empty())
+  if (plan.activation == ActivationMethod::reaction_eikonal &&
+      projection_refusal(scene, base, members).empty())
     plan.activation_reason += "; eikonal would give these outputs without a time loop";
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
   // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
@@ -166,13 +194,16 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
+  // The scene's own member: its tissue and its steps.
+  Member base{0, scene.parameters.values()};
+  scene.parameters.resolve(base.values);
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
   const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
   if (forward && scene.torso == TorsoKind::unbounded)
     throw std::invalid_argument(
         "outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
   if (scene.activation_method == ActivationMethod::eikonal)
-    if (const std::string why = projection_refusal(scene); !why.empty())
+    if (const std::string why = projection_refusal(scene, base, members); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
   if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
@@ -189,9 +220,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   refuse_beyond(Tissue::bytes(grid, 1, 0, scene.precision), limit,
                 "the grid of " + std::to_string(grid.size()) + " cells");
 
-  // The scene's own member: its tissue and its steps.
-  Member base{0, scene.parameters.values()};
-  scene.parameters.resolve(base.values);
   const Definitions definitions = scene_definitions(scene, grid);
   Launcher launcher(device, scene.precision);
   const std::vector<std::byte> packed = pack(base.values, scene.precision);

@@ -342,6 +342,32 @@ TEST(TemplateEcg, RejectsMembersWithoutVelocityOrActionPotential) {
   }
 }
 
+// A velocity that the scene leaves to the members: those that have one run.
+TEST(EikonalActivation, TakesVelocitiesThatAreSampledOnly) {
+  Scene scene = coarse_heart();
+  declare(scene);
+  const std::string path = "electrophysiology.velocity_longitudinal_mm_per_ms";
+  const std::vector<Member> sampled = {member(scene, 0, {{path, 0}}), member(scene, 1, {{path, 0.7}})};
+  const std::vector<Member> all = {member(scene, 0, {{path, 0.5}}), member(scene, 1, {{path, 0.7}})};
+  scene.parameters[scene.parameters.index(path)].value = 0;
+  const auto planned = [&](ActivationMethod method, std::span<const Member> members) {
+    scene.activation_method = method;
+    return make_plan(device(), scene, members, {});
+  };
+  EXPECT_THROW(planned(ActivationMethod::eikonal, {}), std::invalid_argument);
+  EXPECT_THROW(planned(ActivationMethod::eikonal, std::span(sampled).first(1)), std::invalid_argument);
+  EXPECT_EQ(planned(ActivationMethod::eikonal, all).activation, ActivationMethod::eikonal);
+  EXPECT_EQ(planned(ActivationMethod::automatic, all).activation, ActivationMethod::eikonal);
+  // Cables give the velocity of a member that has none.
+  EXPECT_EQ(planned(ActivationMethod::automatic, sampled).activation, ActivationMethod::reaction_eikonal);
+  const Plan plan = planned(ActivationMethod::eikonal, sampled);
+  EXPECT_EQ(plan.conduction.front().region, scene.regions.front().name + " of member 1");
+  EXPECT_EQ(plan.conduction.front().along_mm_per_ms, 0.7);
+  const std::vector<Recording> recordings = run(scene, sampled, 2);
+  EXPECT_EQ(recordings[0].outcome, Outcome::rejected);
+  EXPECT_EQ(recordings[1].outcome, Outcome::done) << recordings[1].reason;
+}
+
 TEST(TemplateEcg, RefusesWhatItCannotTabulate) {
   Scene scene = coarse_heart();
   scene.heterogeneity.parameters = {"tau_close_ms", "tau_out_ms"};
