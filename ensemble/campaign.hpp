@@ -27,6 +27,9 @@ struct SampledParameter {
   Distribution distribution;
 };
 
+/// Members of one campaign, whose parameters the host holds in memory.
+inline constexpr std::int64_t most_members = 10'000'000;
+
 enum class Method { sobol, latin_hypercube, grid, monte_carlo, csv };
 
 /// A campaign file, read and checked.

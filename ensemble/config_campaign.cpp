@@ -44,14 +44,13 @@ void read_count(Node& map, const std::string& key, std::int64_t least, int& valu
 }
 
 void read_members(Node& node, Campaign& campaign, Mistakes& mistakes) {
-  constexpr std::int64_t most = 10'000'000;
   const auto count = read_whole(node, node.path, 1, mistakes);
-  if (count.value_or(0) > most)
+  if (count.value_or(0) > most_members)
     mistakes.add(
         node.place,
         fmt::format("{} is {}; at most {} (the host holds every member's parameters in memory); split "
                     "the campaign",
-                    node.path, *count, most));
+                    node.path, *count, most_members));
   else
     campaign.members = count.value_or(1);
 }

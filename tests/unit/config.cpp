@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "ensemble/csv_points.hpp"
 #include "ensemble/identity.hpp"
 #include "ensemble/places.hpp"
 #include "ensemble/sha256.hpp"
@@ -309,6 +310,23 @@ TEST(Config, ReadsEveryFileOfConfigs) {
 }
 
 // The examples of FIPS 180-4 that NIST publishes with intermediate values, and the empty message.
+TEST(CsvPoints, MoreRowsThanACampaignHoldsAreRefused) {
+  const Campaign campaign = parse_campaign(slab, "slab.yaml");
+  const std::string file = (std::filesystem::path(testing::TempDir()) / "many_rows.csv").string();
+  std::ofstream(file) << "stimuli.corner.start_ms\n1\n2\n# not a row\n3\n\n";
+  EXPECT_EQ(cohort::read_csv_points(file, campaign.scene.parameters, 3).rows, 3u);
+  EXPECT_EQ(cohort::read_csv_points(file, campaign.scene.parameters).rows, 3u);
+  try {
+    cohort::read_csv_points(file, campaign.scene.parameters, 2);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(error.what(), file +
+                                ":5: more than 2 rows (the host holds every member's parameters in memory); "
+                                "split the campaign");
+  }
+  std::filesystem::remove(file);
+}
+
 TEST(Sha256, EqualsThePublishedDigests) {
   EXPECT_EQ(cohort::sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(cohort::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
