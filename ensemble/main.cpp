@@ -50,8 +50,8 @@ int main(int argc, char** argv) {
   CLI::Option* exported =
       run->add_option(
              "--export", options.exports,
-             "instead of running the campaign, write one member: vtk, its fields for ParaView; FILE.nii or "
-             "FILE.nii.gz, its heart as a map of labels; repeatable")
+             "instead of running the campaign, write one member: vtk or FOLDER_vtk, its fields for ParaView; "
+             "FILE.nii or FILE.nii.gz, its heart as a map of labels; repeatable")
           ->expected(1)
           ->take_all();
   run->add_option("--member", options.export_member, "the member that --export writes; 0 unless given")
