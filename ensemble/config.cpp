@@ -96,42 +96,26 @@ void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
   torso.read = true;
 }
 
-}  // namespace
-
-ConfigError::ConfigError(std::vector<std::string> mistakes)
-    : std::runtime_error(joined(mistakes)), mistakes_(std::move(mistakes)) {}
-
-std::string read_campaign_file(const std::string& file) {
-  if (std::filesystem::is_directory(file))
-    throw ConfigError({file + ": is a directory, not a campaign file"});
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw ConfigError({fmt::format("{}: cannot be read: {}", file, std::strerror(errno))});
-  return {std::istreambuf_iterator<char>(stream), {}};
+/// The structure keys that the reader has looked for at and below `node`.
+void gather_known(const Node& node, std::set<std::string>& keys) {
+  for (const std::string& key : node.known) keys.insert(node.path.empty() ? key : node.path + "." + key);
+  for (const Node::Entry& entry : node.entries) gather_known(entry.value, keys);
 }
 
-Campaign read_campaign(const std::string& file, const std::vector<std::string>& overrides) {
-  return parse_campaign(read_campaign_file(file), file, overrides);
-}
-
-Campaign parse_campaign(const std::string& text, const std::string& file,
-                        const std::vector<std::string>& overrides) {
-  Mistakes mistakes;
-  const auto stop_on_mistakes = [&] {
-    if (!mistakes.empty()) throw ConfigError(mistakes.lines());
-  };
-
-  Node root = parse_document(text, file, mistakes);
-  if (root.kind == Node::Kind::null && !mistakes.empty()) stop_on_mistakes();
+/// The campaign that the tree holds; complete only where there are no mistakes.
+Campaign read_root(Node& root, const std::string& text, const std::string& file,
+                   const std::vector<std::string>& overrides, Mistakes& mistakes) {
+  Campaign campaign;
+  if (root.kind == Node::Kind::null && !mistakes.empty()) return campaign;
   if (root.kind == Node::Kind::null)
     mistakes.add({file, 1, 1}, "the file is empty; a campaign needs scene and outputs");
   else if (root.kind != Node::Kind::map)
     mistakes.add(root.place, "a campaign file is a map of keys (scene, outputs, ...), " + found(root));
-  if (root.kind != Node::Kind::map) stop_on_mistakes();
+  if (root.kind != Node::Kind::map) return campaign;
   for (size_t i = 0; i < overrides.size(); ++i)
     apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
 
   name_levels(root, "");
-  Campaign campaign;
   Node* scene = require_map(root, "scene", mistakes);
   Node* outputs = require_map(root, "outputs", mistakes);
   Node* parameters = take_map(root, "parameters", mistakes);
@@ -167,11 +151,46 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
 
   campaign.store = std::filesystem::path(file).stem().string() + ".h5";
   if (store) campaign.store = read_text(*store, "store", mistakes).value_or("");
-  stop_on_mistakes();
+  if (!mistakes.empty()) return campaign;
 
   campaign.text = with_overrides(text, overrides) + points;
   campaign.sha256 = sha256(canonical_text(campaign));
   return campaign;
+}
+
+}  // namespace
+
+ConfigError::ConfigError(std::vector<std::string> mistakes)
+    : std::runtime_error(joined(mistakes)), mistakes_(std::move(mistakes)) {}
+
+std::string read_campaign_file(const std::string& file) {
+  if (std::filesystem::is_directory(file))
+    throw ConfigError({file + ": is a directory, not a campaign file"});
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw ConfigError({fmt::format("{}: cannot be read: {}", file, std::strerror(errno))});
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+Campaign read_campaign(const std::string& file, const std::vector<std::string>& overrides) {
+  return parse_campaign(read_campaign_file(file), file, overrides);
+}
+
+Campaign parse_campaign(const std::string& text, const std::string& file,
+                        const std::vector<std::string>& overrides) {
+  Mistakes mistakes;
+  Node root = parse_document(text, file, mistakes);
+  Campaign campaign = read_root(root, text, file, overrides, mistakes);
+  if (!mistakes.empty()) throw ConfigError(mistakes.lines());
+  return campaign;
+}
+
+std::set<std::string> keys_looked_for(const std::string& text, const std::string& file) {
+  Mistakes mistakes;
+  Node root = parse_document(text, file, mistakes);
+  read_root(root, text, file, {}, mistakes);
+  std::set<std::string> keys;
+  gather_known(root, keys);
+  return keys;
 }
 
 }  // namespace cohort

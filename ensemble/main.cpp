@@ -88,6 +88,9 @@ int main(int argc, char** argv) {
   add_campaign_options(*parameters, options, false);
   parameters->callback([&] { chosen = [&] { return command_parameters(options); }; });
 
+  CLI::App* keys = app.add_subcommand("keys", "every key of a campaign file, as a page of Markdown");
+  keys->callback([&] { chosen = [] { return command_keys(); }; });
+
   CLI::App* devices =
       app.add_subcommand("devices", "every OpenCL device with its memory and measured bandwidth");
   devices->callback([&] { chosen = [] { return command_devices(); }; });
