@@ -207,8 +207,11 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
       throw std::invalid_argument("electrophysiology." + why);
   if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
-        "electrophysiology.conduction_system: its fast layer and delay act through arrival times; set "
-        "activation: eikonal or reaction_eikonal");
+        "electrophysiology.conduction_system: its fast layer and delay act through arrival times, which the "
+        "monodomain and bidomain equations do not have; set activation: reaction_eikonal (or eikonal), or "
+        "leave "
+        "the system out and pace with stimuli: {NAME: {site: sinoatrial_node}}, whose wave reaches the "
+        "ventricles through region conduction_path");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
