@@ -2,6 +2,8 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <functional>
 
 #include "ensemble/commands.hpp"
@@ -18,6 +20,14 @@ void set_up_log(bool verbose) {
   spdlog::set_pattern("%H:%M:%S %^%l%$ %v");
   spdlog::set_level(verbose ? spdlog::level::debug : spdlog::level::info);
 }
+
+/// Not nan, which lies within every range that CLI11 compares with.
+const CLI::Validator is_number(
+    [](const std::string& text) {
+      const bool number = std::isfinite(std::strtod(text.c_str(), nullptr));
+      return number ? std::string() : text + " is no number that can be used";
+    },
+    "");
 
 void add_campaign_options(CLI::App& command, CampaignOptions& options, bool file_required) {
   CLI::Option* file = command.add_option("FILE", options.file, "campaign file");
@@ -59,11 +69,11 @@ int main(int argc, char** argv) {
   run->add_option("--export-every", options.export_every_ms,
                   "ms between the potentials of --export vtk; 0: activation only")
       ->needs(exported)
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber & is_number);
   run->add_option("--export-spacing", options.export_spacing_mm,
                   "mm, edge of an exported label; half of grid.dx_mm unless given")
       ->needs(exported)
-      ->check(CLI::Range(0.01, 20.0));
+      ->check(CLI::Range(0.01, 20.0) & is_number);
   run->callback([&] {
     chosen = [&] { return options.exports.empty() ? command_run(options) : command_export(options); };
   });

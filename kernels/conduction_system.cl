@@ -1,6 +1,5 @@
-// The fast conduction system of the schematic heart on its compact tissue: the subendocardial (Purkinje) layer as a sheet
-// of the cells that straddle the endocardium, |distance| <= dx/2, so that its thickness follows the grid and its area does
-// not; and the tissue cells nearest to the nodes and to the early sites. Early sites: Durrer et al., Circulation 41 (1970)
+// The fast conduction system of the heart on its compact tissue: the subendocardial (Purkinje) layer as a sheet
+// (eikonal.cl) along the endocardium, known by the cells within REACH of it; and the tissue cells nearest to the nodes and to the early sites. Early sites: Durrer et al., Circulation 41 (1970)
 // 899. Needs segments.clh and -D PARAMETERS, TARGETS, TARGET_NUMBERS, PARAM_electrophysiology_conduction_system_*.
 #if !defined(TARGETS) || !defined(PARAMETERS) || !defined(TARGET_NUMBERS)
 #error "conduction_system.cl needs TARGETS, TARGET_NUMBERS and PARAMETERS"
@@ -9,22 +8,28 @@
 #define SYSTEM(name) P[JOIN(PARAM_electrophysiology_conduction_system_, name)]
 #define LEFT_SHEET 1
 #define RIGHT_SHEET 2
+// Wide enough for a set of cells without holes at any inclination, also where distances are uncertain, as those from labels.
+#define REACH R(1.0)  // in dx
 
-// sheet (stride): LEFT_SHEET, RIGHT_SHEET (with the septum's right side) or 0; speed (stride) mm/ms.
-// coordinates (4, stride): transmural, apico-basal, angle, distance from the nearest endocardium.
+// sheet (stride): LEFT_SHEET, RIGHT_SHEET (with the septum's right side) or 0; speed (stride) mm/ms; depth (stride) ms, the
+// wave's way across fibres from the endocardium to the cell. coordinates (4, stride): transmural, apico-basal, angle, distance
+// from the nearest endocardium; velocity (2, stride) along and across fibres, mm/ms.
 kernel void fast_layer(global const real *restrict parameters, global const ushort *restrict member_of,
                        global const uchar *restrict tissue_region_of, global const real *restrict coordinates,
-                       global uchar *restrict sheet, global real *restrict speed, const int stride, const real dx) {
+                       global const real *restrict velocity, global uchar *restrict sheet, global real *restrict speed,
+                       global real *restrict depth, const int stride, const real dx) {
   const int i = get_global_id(0), region = tissue_region_of[i];
   global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
+  const real distance = coordinates[i + 3 * (size_t)stride], across = velocity[i + (size_t)stride];
   int id = 0;
-  if ((region == REGION_lv || region == REGION_rv) && fabs(coordinates[i + 3 * (size_t)stride]) <= R(0.5) * dx) {
+  if ((region == REGION_lv || region == REGION_rv) && fabs(distance) <= REACH * dx && across > 0) {
     const bool left = region == REGION_lv && coordinates[i] <= R(0.5);
     const real top = left ? SYSTEM(lv_fast_layer_height) : SYSTEM(rv_fast_layer_height);
     if (coordinates[i + (size_t)stride] <= top) id = left ? LEFT_SHEET : RIGHT_SHEET;
   }
   sheet[i] = (uchar)id;
   speed[i] = SYSTEM(fast_layer_velocity_mm_per_ms);
+  depth[i] = id != 0 ? fmax(distance, R(0.0)) / across : R(1e9);
 }
 
 // Kinds of targets, the first number of a target's block; then a place.
@@ -71,7 +76,8 @@ kernel void nearest_cells(global const real *restrict targets, const real4 origi
       const real turn = coordinates[i + 2 * (size_t)stride] - target[2];
       const real around = length(p.xy) * (turn - 2 * (real)M_PI_F * round(turn / (2 * (real)M_PI_F)));
       const real up = (coordinates[i + (size_t)stride] - target[1]) * target[3];
-      distance2 = around * around + up * up;
+      const real beside = coordinates[i + 3 * (size_t)stride];
+      distance2 = around * around + up * up + beside * beside;
     }
     if (distance2 < least) {
       least = distance2;

@@ -18,11 +18,14 @@
 //     T(y) = sum_k lambda_k T_k - 1/2 sum_{k<l} lambda_k lambda_l (x_k - x_l) . H (x_k - x_l) + O(dx^3),
 // with the smaller H of both ends (none where their signs differ, as where fronts meet), none in a sheet.
 //
-// A sheet is a set of cells with an isotropic speed of their own (a Purkinje layer). It acts between cells of one sheet, on
-// edges and triangles with all corners in it, and in no update that has a corner outside: else the wave would jump a thin wall.
+// A sheet is a surface that conducts at an isotropic speed of its own (a Purkinje layer), known by the cells about it, which
+// hold a second time S: when the wave in the sheet passes beside them. S obeys the same local solver between cells of one
+// sheet alone, on edges and triangles with all corners in it, else the wave would jump a thin wall. Wave and sheet excite
+// each other after the way between them: T <= S + depth, S <= T + depth. So neither how thick the set of cells is nor which
+// of them lie in it matters much, as long as it has no holes.
 //
-// Needs segments.clh. Fields are (stride); speed (2, stride) along and across fibres, mm/ms; times ms, UNREACHED where
-// the wave has not come. Bit k = (dx+1) + 3 (dy+1) + 9 (dz+1) of `linked` (`in_sheet`): neighbour (dx, dy, dz) is tissue of
+// Needs segments.clh. Fields are (stride), T with a sheet (2, stride): T, S; speed (2, stride) along and across fibres, mm/ms;
+// times ms, UNREACHED where the wave has not come. Bit k = (dx+1) + 3 (dy+1) + 9 (dz+1) of `linked` (`in_sheet`): neighbour (dx, dy, dz) is tissue of
 // the same graph (of the same sheet).
 
 #define UNREACHED R(1e9)
@@ -82,12 +85,13 @@ kernel void eikonal_slow(global const real *restrict slowness, global real *rest
 // T from an initial field (finite and below UNREACHED where the wave starts; nowhere without `with_initial`), and the
 // segments that start it.
 kernel void eikonal_start(global const real *restrict initial, const int with_initial, global const uchar *restrict region,
-                          global real *restrict T, global real *restrict T_other, global int *restrict changed,
-                          const int mark) {
+                          global real *restrict T, global real *restrict T_other, const int with_sheet,
+                          global int *restrict changed, const int mark, const int stride) {
   const int i = get_global_id(0);
   const real start = with_initial && region[i] != NO_REGION ? initial[i] : UNREACHED;
   const real t = start < UNREACHED ? start : UNREACHED;  // of NaN: UNREACHED
   T[i] = T_other[i] = t;
+  if (with_sheet) T[i + (size_t)stride] = T_other[i + (size_t)stride] = UNREACHED;
   if (t < UNREACHED) changed[i / LANES] = mark;
 }
 
@@ -209,16 +213,18 @@ kernel void eikonal_trigger(global const int *restrict trigger, global const rea
   fired[k] = come < UNREACHED ? come + start[k] : UNREACHED;
 }
 
-// A work-item for each cell that has sources: k from first[c] up to first[c + 1].
+// A work-item for each cell that has sources: k from first[c] up to first[c + 1]. Those in a sheet start both waves.
 kernel void eikonal_fire(global const int *restrict cell_of, global const int *restrict first,
-                         global const real *restrict fired, global const uchar *restrict region, global real *restrict T,
+                         global const real *restrict fired, global const uchar *restrict region,
+                         global const uchar *restrict sheet, const int with_sheet, global real *restrict T,
                          global real *restrict T_other, global int *restrict changed, const int mark,
-                         global int *restrict last_change) {
+                         global int *restrict last_change, const int stride) {
   const int c = get_global_id(0), cell = cell_of[c];
   real earliest = UNREACHED;
   for (int k = first[c]; k < first[c + 1]; ++k) earliest = fmin(earliest, fired[k]);
   if (region[cell] == NO_REGION || !(earliest < T[cell])) return;
   T[cell] = T_other[cell] = earliest;
+  if (with_sheet && sheet[cell] != 0) T[cell + (size_t)stride] = T_other[cell + (size_t)stride] = earliest;
   changed[cell / LANES] = mark;
   *last_change = mark + 1;
 }
@@ -394,7 +400,7 @@ typedef JOIN(int, WIDTH) linkv;
 #define NEIGHBOUR(dx, dy, dz, row)                                                                  \
   {                                                                                                 \
     const int k = CENTRE + (dx) + OY * (dy) + OZ * (dz);                                            \
-    t[k] = WHERE(LINKED(links, k), LOAD(T + (row) + (dx)), (realv)(UNREACHED));                     \
+    t[k] = WHERE(LINKED(links, k), LOAD(field + (row) + (dx)), (realv)(UNREACHED));                 \
   }
 #define ROW(dy, dz, row) NEIGHBOUR(-1, dy, dz, row) NEIGHBOUR(0, dy, dz, row) NEIGHBOUR(1, dy, dz, row)
 #define NEIGHBOURS                                                                                  \
@@ -412,7 +418,8 @@ inline bool row_changed(global const int *changed, int cell, int mark) {
 // changed anything.
 kernel void eikonal_sweep(global const real *restrict T, global real *restrict T_new, global const real *restrict metric,
                           global const int *restrict linked, global const int *restrict in_sheet,
-                          global const real *restrict sheet_speed, global const int8 *restrict neighbours,
+                          global const real *restrict sheet_speed, global const real *restrict sheet_depth,
+                          global const int8 *restrict neighbours,
                           global const int *restrict changed_before, global int *restrict changed,
                           global const real *restrict correction, global int *restrict last_change, const int sweep,
                           const real dx, const int stride) {
@@ -428,24 +435,32 @@ kernel void eikonal_sweep(global const real *restrict T, global real *restrict T
   const realv old = LOAD(T + i);
   realv t[27];
   linkv links = LOAD_LINKS(linked + i);
+  global const real *field = T;
   NEIGHBOURS
   global const real *G = metric + i;
   realv best = arrival(t, (realv)(UNREACHED), LOAD(G), LOAD(G + (size_t)stride), LOAD(G + 2 * (size_t)stride), LOAD(G + 3 * (size_t)stride),
                        LOAD(G + 4 * (size_t)stride), LOAD(G + 5 * (size_t)stride));
   best = fmin(old, best - LOAD(correction + i));
+  bool moved = false;
 #ifdef SHEET
   links = LOAD_LINKS(in_sheet + i);
   if (ANY(links != 0)) {
+    field = T + stride;
     NEIGHBOURS
-    const realv slowness = dx / LOAD(sheet_speed + i);
-    best = arrival_in_sheet(t, best, slowness * slowness);
+    const realv slowness = dx / LOAD(sheet_speed + i), depth = LOAD(sheet_depth + i), old_in_sheet = LOAD(field + i);
+    realv in_sheet_best = fmin(arrival_in_sheet(t, old_in_sheet, slowness * slowness), best + depth);
+    best = fmin(best, in_sheet_best + depth);
+    const realv least = fma((realv)(ROUNDING), fabs(old_in_sheet), (realv)(ROUNDING));
+    const intv earlier = isless(in_sheet_best, old_in_sheet - least);
+    STORE(WHERE(earlier, in_sheet_best, old_in_sheet), T_new + stride + i);
+    moved = ANY(earlier);
   }
 #endif
   // Differences of a few roundings are left: they would only pass back and forth.
   const realv least = fma((realv)(ROUNDING), fabs(old), (realv)(ROUNDING));
   const intv earlier = isless(best, old - least);
   STORE(WHERE(earlier, best, old), T_new + i);
-  if (ANY(earlier)) {
+  if (moved || ANY(earlier)) {
     changed[i / LANES] = sweep;
     *last_change = sweep;
   }

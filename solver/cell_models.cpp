@@ -63,7 +63,6 @@ std::vector<std::string> CellModels::parts(const Scene& scene, const std::string
   for (const char* function : {"cell_derive", "cell_fastest_rate", "cell_step"})
     before += std::string("#define ") + function + " JOIN(" + function + "_, CELL_MODEL)\n";
   std::vector<std::string> result = {before};
-  const std::string stride = std::to_string(derived());
   std::size_t first = 0;
   for (std::size_t m = 0; m < models_.size(); ++m) {
     const CellModel& model = models_[m];
@@ -80,9 +79,8 @@ std::vector<std::string> CellModels::parts(const Scene& scene, const std::string
     }
     const std::string macros = "#define CELL_MODEL " + std::to_string(m) + "\n" + model.macros() +
                                "#define CELL_FIRST " + std::to_string(regions.model_first[m]) +
-                               "\n#define DERIVED_FIRST " + std::to_string(first) +
-                               "\n#define DERIVED_STRIDE " + stride + "\n" + load + "} while (0)\n" + store +
-                               "} while (0)\n" + heterogeneity_source(scene, model);
+                               "\n#define DERIVED_FIRST " + std::to_string(first) + "\n" + load +
+                               "} while (0)\n" + store + "} while (0)\n" + heterogeneity_source(scene, model);
     result.insert(result.end(), {macros + inlined, "cells/" + model.name + ".cl", shared, undefine(macros)});
     first += model.derived.size();
     each += " visit(" + std::to_string(m) + ")";

@@ -27,7 +27,7 @@ class CellModels {
   /// Parts of a program for Device::build: for each model its macros, its file and `shared`, a file of
   /// kernels/ written against one model; then  CELL_MODELS, EACH_CELL_MODEL(visit)  visit(0) visit(1) ...
   /// Around model k stand its macros (CellModel::macros), CELL_MODEL k, CELL_FIRST (parameter index of its
-  /// first parameter), DERIVED_STRIDE, DERIVED_FIRST, and LOAD_DERIVED(d, member, i), STORE_DERIVED_FIELDS(d,
+  /// first parameter), DERIVED_FIRST, and LOAD_DERIVED(d, member, i), STORE_DERIVED_FIELDS(d,
   /// i), where field_of tells for each of the derived() constants its field or -1; cell_derive,
   /// cell_fastest_rate and cell_step of model k are cell_derive_<k>, ...  HETEROGENEITY as
   /// heterogeneity_source() says.

@@ -157,20 +157,22 @@ ConductionNetwork::ConductionNetwork(Launcher& launcher, const Scene& scene, con
 }
 
 void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& parameters,
-                                 std::span<const Member> members) {
+                                 const cl::Buffer& velocity, std::span<const Member> members) {
   const std::size_t real = real_bytes(scene_.precision);
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
     sheet_id_ = launcher_.device().allocate(n);
     sheet_speed_ = launcher_.device().allocate(n * real);
+    sheet_depth_ = launcher_.device().allocate(n * real);
   }
   cl::CommandQueue& queue = launcher_.queue();
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double dx = tissue.grid().dx_mm;
   launcher_(sheet_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
-            static_cast<double>(n) * (2 + 4 * static_cast<double>(real)), parameters, tissue.member_of,
-            tissue.region, tissue.coordinates, sheet_id_, sheet_speed_, tissue.stride, Real{dx});
+            static_cast<double>(n) * (2 + 6 * static_cast<double>(real)), parameters, tissue.member_of,
+            tissue.region, tissue.coordinates, velocity, sheet_id_, sheet_speed_, sheet_depth_, tissue.stride,
+            Real{dx});
 
   std::vector<std::vector<Target>> wanted;
   std::vector<double> numbers;

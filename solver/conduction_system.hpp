@@ -23,24 +23,27 @@ void declare_conduction_system(Scene& scene);
 std::vector<std::uint8_t> activation_graphs(const Scene& scene);
 
 /// The conduction system of a batch on the device (kernels/conduction_system.cl): the fast layer as a sheet
-/// of cells that straddle the endocardium, and the cells where waves start.
+/// along the endocardium, and the cells where waves start.
 class ConductionNetwork {
  public:
   ConductionNetwork(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                     int members_per_batch);
 
   /// Marks the sheet and finds the sites of `members`, whose blocks stand in `parameters`. The tissue's
-  /// coordinates must have been built. Reads one number for each site from the device.
-  void assemble(const Tissue& tissue, const cl::Buffer& parameters, std::span<const Member> members);
+  /// coordinates must have been built. velocity (2, stride) real, along and across fibres, mm/ms. Reads one
+  /// number for each site from the device.
+  void assemble(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& velocity,
+                std::span<const Member> members);
 
-  Eikonal::Sheet sheet() const { return {sheet_id_, sheet_speed_}; }
+  Eikonal::Sheet sheet() const { return {sheet_id_, sheet_speed_, sheet_depth_}; }
   /// Of all members; the sites that found no cell are left out.
   const std::vector<Eikonal::Source>& sources() const { return sources_; }
   /// By member: what found no cell, empty where all did.
   const std::vector<std::string>& missing() const { return missing_; }
 
   static std::size_t bytes(std::int64_t stride, Precision precision) {
-    return static_cast<std::size_t>(stride) * (1 + real_bytes(precision));
+    constexpr std::size_t of_sheet = 4;  // speed, depth, and Eikonal's two more fields
+    return static_cast<std::size_t>(stride) * (1 + of_sheet * real_bytes(precision));
   }
 
  private:
@@ -50,7 +53,7 @@ class ConductionNetwork {
   Launcher& launcher_;
   const Scene& scene_;
   int members_per_batch_, targets_, capacity_ = 0;
-  cl::Buffer sheet_id_, sheet_speed_, target_block_, cells_, member_range_;
+  cl::Buffer sheet_id_, sheet_speed_, sheet_depth_, target_block_, cells_, member_range_;
   std::vector<Eikonal::Source> sources_;
   std::vector<std::string> missing_;
   Launcher::Handle sheet_kernel_, nearest_;

@@ -22,6 +22,7 @@ constexpr double quiet_ms = 8;         // a wave has ended where nothing exceeds
 constexpr double between_ms = 10;      // from the end of P to QRS, and from QRS to the search for T, at least
 constexpr double smallest_T_mV = 0.05;
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+constexpr double later = std::numeric_limits<double>::infinity();  // than the series ends
 
 using Series = std::vector<double>;
 
@@ -62,8 +63,9 @@ struct Wave {
   bool found() const { return !std::isnan(onset) && !std::isnan(offset); }
 };
 
-/// From `peak` outwards to where `velocity` stays below the threshold for `quiet` samples; NaN where the
-/// series ends before that. Nothing outside [first, last) is looked at.
+/// From `peak` outwards to where `velocity` stays below the threshold for `quiet` samples; no end where the
+/// series ends before that, while tissue has been at rest before the series begins. Nothing outside [first,
+/// last) is looked at; a wave goes no further.
 Wave about_peak(const Series& velocity, size_t peak, size_t first, size_t last, double threshold,
                 size_t quiet) {
   Wave wave;
@@ -92,7 +94,8 @@ Wave about_peak(const Series& velocity, size_t peak, size_t first, size_t last, 
       ++below;
     }
   }
-  if (below > 0) wave.offset = crossing(edge, edge + 1);
+  const bool to_the_end = last == velocity.size();
+  if (below >= (to_the_end ? quiet : 1)) wave.offset = crossing(edge, edge + 1);
   return wave;
 }
 
@@ -103,7 +106,7 @@ double axis_deg(double I, double aVF) {
 }
 
 /// One beat under measurement.
-struct Beat {
+struct Measured {
   std::array<Series, leads> lead;
   Series velocity;  // mV/ms
   double interval;
@@ -127,8 +130,8 @@ struct Beat {
   }
 };
 
-Beat prepare(std::span<const float> ecg, double interval_ms) {
-  Beat beat;
+Measured prepare(std::span<const float> ecg, double interval_ms) {
+  Measured beat;
   beat.interval = interval_ms;
   beat.samples = ecg.size() / leads;
   for (size_t l = 0; l < leads; ++l) {
@@ -170,14 +173,16 @@ double slope_at(const Series& x, size_t k, size_t reach) {
   return sum / squares;
 }
 
-/// Sample where T ends in one lead, searched for in [first, last); NaN where there is none.
-double T_end(const Beat& beat, size_t l, size_t first, size_t last) {
+/// Sample where T ends in one lead, searched for in [first, last); NaN where there is none, infinite where it
+/// ends later.
+double T_end(const Measured& beat, size_t l, size_t first, size_t last) {
   const Series& x = beat.lead[l];
   size_t peak = first;
   for (size_t k = first; k < last; ++k)
     if (std::abs(x[k] - beat.baseline[l]) > std::abs(x[peak] - beat.baseline[l])) peak = k;
   const double amplitude = x[peak] - beat.baseline[l];
-  if (std::abs(amplitude) < smallest_T_mV || peak + 2 >= last) return nothing;
+  if (std::abs(amplitude) < smallest_T_mV) return nothing;
+  if (peak + 2 >= last) return later;
   size_t steepest = peak;
   double slope = 0;  // towards the baseline, per sample
   const size_t reach = beat.slope_reach;
@@ -191,7 +196,7 @@ double T_end(const Beat& beat, size_t l, size_t first, size_t last) {
   }
   if (slope <= 0) return nothing;
   const double end = static_cast<double>(steepest) + std::abs(x[steepest] - beat.baseline[l]) / slope;
-  return end < static_cast<double>(last) ? end : nothing;
+  return end < static_cast<double>(last) ? end : later;
 }
 
 }  // namespace
@@ -216,7 +221,7 @@ std::vector<float> ecg_features(std::span<const float> ecg, double interval_ms) 
   if (ecg.size() < 16 * leads ||
       !std::all_of(ecg.begin(), ecg.end(), [](float x) { return std::isfinite(x); }))
     return features;
-  Beat beat = prepare(ecg, interval_ms);
+  Measured beat = prepare(ecg, interval_ms);
   const size_t quiet = beat.count(quiet_ms), between = beat.count(between_ms);
 
   const auto peak = static_cast<size_t>(std::max_element(beat.velocity.begin(), beat.velocity.end()) -
@@ -224,8 +229,9 @@ std::vector<float> ecg_features(std::span<const float> ecg, double interval_ms) 
   const double threshold = std::max(qrs_threshold, beat.noise_velocity);
   if (beat.velocity[peak] < 2 * threshold) return features;
   const Wave qrs = about_peak(beat.velocity, peak, 0, beat.samples, threshold, quiet);
-  if (!qrs.found()) return features;
-  const auto begin = static_cast<size_t>(qrs.onset), end = static_cast<size_t>(std::ceil(qrs.offset));
+  if (std::isnan(qrs.onset)) return features;
+  const auto begin = static_cast<size_t>(qrs.onset);
+  const size_t end = qrs.found() ? static_cast<size_t>(std::ceil(qrs.offset)) : beat.samples;
   for (size_t l = 0; l < leads; ++l) beat.baseline[l] = beat.lead[l][begin];
 
   Wave p;
@@ -245,7 +251,8 @@ std::vector<float> ecg_features(std::span<const float> ecg, double interval_ms) 
       const double end_here = T_end(beat, l, from, beat.samples);
       if (!std::isnan(end_here)) ends.push_back(end_here);
     }
-    if (!ends.empty()) t = {static_cast<double>(from), median(ends)};
+    // An end later than the series counts as such: a median over the others would come too early.
+    if (const double last = median(ends); std::isfinite(last)) t = {static_cast<double>(from), last};
   }
 
   std::vector<double> values = {p.offset - p.onset,
@@ -261,6 +268,10 @@ std::vector<float> ecg_features(std::span<const float> ecg, double interval_ms) 
   for (const Wave& wave : {p, qrs, t}) values.push_back(beat.axis(wave));
   Series R, S, R_peak, T;
   for (size_t l = first_chest; l < leads; ++l) {
+    if (!qrs.found()) {
+      for (Series* part : {&R, &S, &R_peak}) part->push_back(nothing);
+      continue;
+    }
     const auto first = beat.lead[l].begin() + static_cast<std::ptrdiff_t>(begin);
     const auto last = beat.lead[l].begin() + static_cast<std::ptrdiff_t>(std::min(end + 1, beat.samples));
     const auto [least, most] = std::minmax_element(first, last);

@@ -20,7 +20,8 @@ std::vector<std::pair<std::string, std::string>> ecg_feature_names();
 /// the sharpness of the front. With noise (told from second differences) the series are smoothed by a
 /// Gaussian of 2.5 ms and thresholds rise to what the quiet parts exceed rarely. The end of T is where the
 /// steepest tangent behind its peak meets the baseline (Lepeschkin & Surawicz, Circulation 6 (1952) 378), the
-/// median over the leads whose T is large enough.
+/// median over the leads whose T is large enough. Of a QRS or T that the series ends before nothing is told
+/// but where QRS begins.
 std::vector<float> ecg_features(std::span<const float> ecg, double interval_ms);
 
 }  // namespace cohort

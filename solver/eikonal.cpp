@@ -48,12 +48,13 @@ std::size_t Eikonal::bytes(std::int64_t stride, Precision precision) {
 }
 
 void Eikonal::reserve(const Tissue& tissue) {
-  if (tissue.stride <= capacity_) return;
+  if (tissue.stride <= capacity_ && with_sheet_ <= sheet_capacity_) return;
   Device& device = launcher_.device();
+  sheet_capacity_ = with_sheet_;
   capacity_ = tissue.stride + tissue.stride / 16;
   const auto cells = static_cast<std::size_t>(capacity_);
   const std::size_t real = real_bytes(precision_);
-  for (cl::Buffer& buffer : arrival_) buffer = device.allocate(cells * real);
+  for (cl::Buffer& buffer : arrival_) buffer = device.allocate((with_sheet_ ? 2 : 1) * cells * real);
   for (cl::Buffer& buffer : changed_) buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int));
   metric_ = device.allocate(6 * cells * real);
   second_ = device.allocate(6 * cells * real);
@@ -104,8 +105,9 @@ void Eikonal::fire(const Tissue& tissue, int mark) {
   launcher_(trigger_kernel_, cl::NDRange(static_cast<size_t>(sources_)), cl::NDRange(1), 0, trigger_, start_,
             arrival_[current_], fired_);
   launcher_(fire_, cl::NDRange(static_cast<size_t>(source_cells_)), cl::NDRange(1), 0, source_cell_,
-            first_source_, fired_, tissue.region, arrival_[current_], arrival_[1 - current_],
-            changed_[mark % 2], mark, last_change_);
+            first_source_, fired_, tissue.region, with_sheet_ ? sheet_id_ : tissue.region,
+            with_sheet_ ? 1 : 0, arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark,
+            last_change_, tissue.stride);
 }
 
 void Eikonal::sweep(const Tissue& tissue, int number) {
@@ -116,20 +118,21 @@ void Eikonal::sweep(const Tissue& tissue, int number) {
             // Least traffic: nothing has changed.
             static_cast<double>(cells) / Tissue::lanes * (sizeof(cl_int8) + sizeof(int)), arrival_[current_],
             arrival_[1 - current_], metric_, linked_, in_sheet_, with_sheet_ ? sheet_speed_ : metric_,
-            tissue.neighbours, changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_,
-            number, Real{dx}, tissue.stride);
+            with_sheet_ ? sheet_depth_ : metric_, tissue.neighbours, changed_[(number - 1) % 2],
+            changed_[number % 2], correction_, last_change_, number, Real{dx}, tissue.stride);
   current_ = 1 - current_;
 }
 
 void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet,
                     const cl::Buffer* initial, std::span<const Source> sources) {
+  with_sheet_ = sheet != nullptr;
   reserve(tissue);
   upload_sources(sources);
   triggered_ = std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.trigger >= 0; });
-  with_sheet_ = sheet != nullptr;
   if (with_sheet_) {
     sheet_id_ = sheet->id;
     sheet_speed_ = sheet->speed;
+    sheet_depth_ = sheet->depth;
   }
   with_initial_ = initial != nullptr;
   if (with_initial_) initial_ = *initial;
@@ -188,8 +191,8 @@ void Eikonal::propagate(const Tissue& tissue) {
   current_ = 0;
   launcher_(start_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
             3 * static_cast<double>(n * real_bytes(precision_)), with_initial_ ? initial_ : metric_,
-            with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1], changed_[first_mark % 2],
-            first_mark);
+            with_initial_ ? 1 : 0, tissue.region, arrival_[0], arrival_[1], with_sheet_ ? 1 : 0,
+            changed_[first_mark % 2], first_mark, tissue.stride);
   if (sources_ > 0) fire(tissue, first_mark);
 
   // A few more sweeps than needed cost less than asking after each one.

@@ -23,11 +23,12 @@ class Eikonal {
     double start_ms;
     int trigger = -1;
   };
-  /// A fast layer: id (stride) uchar, 0 outside; speed (stride) real mm/ms, isotropic, between cells of one
-  /// id alone.
+  /// A fast layer, known by the cells about it: id (stride) uchar, 0 outside; speed (stride) real mm/ms,
+  /// isotropic, between cells of one id alone; depth (stride) real ms, the way between cell and layer.
   struct Sheet {
     const cl::Buffer& id;
     const cl::Buffer& speed;
+    const cl::Buffer& depth;
   };
 
   /// graph_of_region: a bit for each graph that a region belongs to; waves pass between cells that share one
@@ -46,12 +47,12 @@ class Eikonal {
   /// the last solve(); sheets keep their speed.
   void slow(const Tissue& tissue, const cl::Buffer& slowness);
 
-  /// (stride) real, ms.
+  /// (stride) real, ms; with a sheet the times of its own wave follow.
   const cl::Buffer& arrival() const { return arrival_[current_]; }
   /// Sweeps that the last solution took.
   int sweeps() const { return sweeps_; }
 
-  /// Device bytes for `stride` compact cells.
+  /// Device bytes for `stride` compact cells, without a sheet; with one `2 stride` reals more.
   static std::size_t bytes(std::int64_t stride, Precision precision);
 
  private:
@@ -69,8 +70,8 @@ class Eikonal {
   int capacity_ = 0, source_capacity_ = 0;
   int current_ = 0, sweeps_ = 0;
   int sources_ = 0, source_cells_ = 0;
-  bool triggered_ = false, with_sheet_ = false, with_initial_ = false;
-  cl::Buffer sheet_id_, sheet_speed_, initial_, speed_;  ///< of the last solve()
+  bool triggered_ = false, with_sheet_ = false, sheet_capacity_ = false, with_initial_ = false;
+  cl::Buffer sheet_id_, sheet_speed_, sheet_depth_, initial_, speed_;  ///< of the last solve()
   cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, second_, correction_,
       last_change_;
   cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;

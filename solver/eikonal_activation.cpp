@@ -55,15 +55,15 @@ void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& paramet
     speed_ = launcher_.device().allocate(2 * n * real_bytes(precision_));
     activation_ = launcher_.device().allocate(n * sizeof(float));
   }
-  network_.assemble(tissue, parameters, members);
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  launcher_(speeds_, cl::NDRange(n), cl::NDRange(Tissue::group), static_cast<double>(n) * (1 + 2 * real),
+            parameters, tissue.member_of, tissue.region, speed_, tissue.stride);
+  network_.assemble(tissue, parameters, speed_, members);
   defects_ = network_.missing();
   const RegionParameters regions = region_parameters(scene_);
   for (size_t m = 0; m < members.size(); ++m)
     if (const std::string why = without_velocity(scene_, regions, members[m].values); !why.empty())
       defects_[m] = why;
-  const auto n = static_cast<std::size_t>(tissue.stride);
-  launcher_(speeds_, cl::NDRange(n), cl::NDRange(Tissue::group), static_cast<double>(n) * (1 + 2 * real),
-            parameters, tissue.member_of, tissue.region, speed_, tissue.stride);
   const Eikonal::Sheet sheet = network_.sheet();
   eikonal_.solve(tissue, speed_, &sheet, nullptr, network_.sources());
 }

@@ -23,7 +23,7 @@ constexpr const char* velocity = "velocity_longitudinal_mm_per_ms";
 std::vector<Parameter> conductivities(const Scene& scene) {
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
   std::vector<Parameter> list;
-  if (!bidomain)
+  if (!bidomain && scene.activation_method != ActivationMethod::eikonal)
     list = {
         {conductivity, "mS/mm", 0.20, 0, 10, "monodomain conductivity along fibres", thesis},
         {"conductivity_transverse_mS_per_mm", "mS/mm", 0.05, 0, 10, "monodomain conductivity across fibres",
@@ -173,13 +173,30 @@ std::string unread_parameter(const Scene& scene, const std::string& name) {
     return name + " has no effect with activation: " + (bidomain ? "bidomain" : "monodomain") +
            ", which conducts by its conductivities; eikonal and reaction_eikonal take velocities";
   }
+  if (name.starts_with("conductivity_")) {
+    Scene other;
+    other.activation_method = ActivationMethod::monodomain;
+    if (!stands_in(conductivities(other), name)) return {};
+    return name + " has no effect with activation: " +
+           (bidomain ? "bidomain, which takes the intracellular and extracellular conductivities"
+                     : "eikonal, which takes velocities");
+  }
   Scene other;
-  other.activation_method = bidomain ? ActivationMethod::monodomain : ActivationMethod::bidomain;
+  other.activation_method = ActivationMethod::bidomain;
   if (!stands_in(conductivities(other), name)) return {};
-  return bidomain ? name +
-                        " has no effect with activation: bidomain, which takes the intracellular and "
-                        "extracellular conductivities"
-                  : name + " has no effect without activation: bidomain";
+  return name + " has no effect without activation: bidomain";
+}
+
+std::vector<std::pair<int, double>> region_defaults(const Scene& scene, const std::string& beginning) {
+  const RegionParameters regions = region_parameters(scene);
+  const std::vector<Parameter> run_of_region = conductivities(scene);
+  std::vector<std::pair<int, double>> result;
+  for (const int slot : regions.slot)
+    for (size_t k = 0; k < run_of_region.size() && slot >= 0; ++k)
+      if (run_of_region[k].path.starts_with(beginning))
+        result.emplace_back(regions.first + slot * regions.stride + static_cast<int>(k),
+                            run_of_region[k].value);
+  return result;
 }
 
 void declare_stimuli(Scene& scene) {

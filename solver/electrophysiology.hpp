@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solver/scene.hpp"
@@ -27,7 +28,7 @@ void declare_stimuli(Scene& scene);
 /// CellModels its own, from which they inherit, from model_first[m] on.
 struct RegionParameters {
   int first, stride, slots;
-  int conductivity_offset;       ///< not with the bidomain equations
+  int conductivity_offset;       ///< not with the bidomain equations, nor with eikonal
   int intracellular_offset;      ///< always
   int velocity_offset;           ///< not where activation is set to monodomain or bidomain
   int extracellular_offset;      ///< bidomain only
@@ -37,5 +38,9 @@ struct RegionParameters {
   std::vector<int> model_first;  ///< by model
 };
 RegionParameters region_parameters(const Scene& scene);
+
+/// Of the regions' conductivities and velocities whose names begin so: place in the table and the value that
+/// stands there unless it is set.
+std::vector<std::pair<int, double>> region_defaults(const Scene& scene, const std::string& beginning);
 
 }  // namespace cohort

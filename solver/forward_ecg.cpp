@@ -14,7 +14,7 @@ constexpr double tolerance = 1e-5;  // of a sample's residual; what it changes i
 constexpr int corners = 8;
 }  // namespace
 
-ForwardEcg::ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions, int)
+ForwardEcg::ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions)
     : launcher_(launcher),
       scene_(scene),
       intracellular_offset_(region_parameters(scene).intracellular_offset),

@@ -13,7 +13,7 @@ namespace cohort {
 /// against.
 class ForwardEcg {
  public:
-  ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch);
+  ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions);
 
   /// Torsos, the operator of sigma_i, and where the currents of each tissue cell go. The tissue's fibres must
   /// have been built.

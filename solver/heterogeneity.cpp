@@ -42,6 +42,19 @@ std::vector<std::string> layer_bounds() {
   return {"endocardial_until", "epicardial_from"};
 }
 
+std::string layer_defect(const Scene& scene, std::span<const double> values) {
+  if (scene.heterogeneity.parameters.empty()) return {};
+  const auto value = [&](const std::string& name) {
+    return values[static_cast<size_t>(scene.parameters.index(root + name))];
+  };
+  const double inner = value("endocardial_until"), outer = value("epicardial_from");
+  if (inner <= outer) return {};
+  std::ostringstream text;
+  text << root << "endocardial_until (" << inner << ") lies beyond epicardial_from (" << outer
+       << "): the layers of the wall cross";
+  return text.str();
+}
+
 std::vector<std::string> heterogeneity_bases(const Scene& scene) {
   if (scene.geometry == GeometryKind::box) return {};
   // Shapes have a wall, but neither an apex nor an axis.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ bool has_wall(const Scene& scene, const Region& region);
 
 /// Names of the parameters electrophysiology.heterogeneity.<name> that bound the layers.
 std::vector<std::string> layer_bounds();
+
+/// Why the layers of a member with these values are none; empty where they are, or nothing varies.
+std::string layer_defect(const Scene& scene, std::span<const double> values);
 
 /// Whether each region of scene.regions takes part: those named, else the ventricles of the heart, else every
 /// excitable region with a wall.

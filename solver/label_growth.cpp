@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "solver/geometry_kinds.hpp"
-#include "solver/labels.hpp"
+#include "solver/label_distance.hpp"
 
 namespace cohort {
 
@@ -59,14 +59,20 @@ void grow(FineLabels& fine, const std::vector<Wall>& walls) {
   for (const Wall& wall : walls) {
     std::array<bool, 256> blood{};
     blood[wall.blood] = true;
-    const std::vector<float> distance = distance_transform(seeds(fine.parts, blood), fine.cells);
-    const double reach =
-        wall.thickness / fine.spacing_mm + 0.5;  // blood ends half a cell from its last centre
-    for (std::size_t i = 0; i < grown.size(); ++i)
-      if (fine.parts[i] == no_part && distance[i] <= reach && distance[i] < nearest[i]) {
-        nearest[i] = distance[i];
-        grown[i] = wall.tissue;
-      }
+    const CellBox box = box_of(fine, blood, wall.thickness);
+    if (box.empty()) continue;
+    const std::vector<float> distance =
+        signed_distance(fine, box, seeds_in(fine, box, [&](Part p, double) { return p == wall.blood; }));
+    std::size_t k = 0;
+    for (int z = box.lower[2]; z < box.upper[2]; ++z)
+      for (int y = box.lower[1]; y < box.upper[1]; ++y)
+        for (int x = box.lower[0]; x < box.upper[0]; ++x, ++k) {
+          const std::size_t i = fine.at(x, y, z);
+          if (fine.parts[i] != no_part || double(distance[k]) > wall.thickness || distance[k] >= nearest[i])
+            continue;
+          nearest[i] = distance[k];
+          grown[i] = wall.tissue;
+        }
   }
   const auto nx = static_cast<std::int64_t>(fine.cells[0]), nxy = nx * fine.cells[1];
   const std::int64_t steps[] = {-1, 1, -nx, nx, -nxy, nxy};

@@ -19,6 +19,9 @@ namespace cohort {
 using Part = std::uint8_t;
 inline constexpr Part no_part = 0, lv_blood_part = 1, rv_blood_part = 2, la_blood_part = 3, ra_blood_part = 4,
                       idle_path_part = 15, first_region_part = 16;
+constexpr Part part_of(int region) {
+  return static_cast<Part>(first_region_part + region);
+}
 
 /// `image`: the image's millimetres (right, anterior, superior) are those of the heart's frame. `heart`: the
 /// frame is found from the left ventricle and the direction of the right one (heart_frame).

@@ -10,6 +10,7 @@
 #include "solver/bidomain.hpp"
 #include "solver/eikonal_activation.hpp"
 #include "solver/forward_ecg.hpp"
+#include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/plan_warnings.hpp"
@@ -68,24 +69,20 @@ std::string projection_refusal(const Scene& scene, const Member& base, std::span
   return number == 0 || (asked_for && number < all.size()) ? std::string() : reason;
 }
 
-// Whether any of `members` sets a conduction velocity.
-bool sets_velocity(const Scene& scene, std::span<const Member> members) {
-  const RegionParameters regions = region_parameters(scene);
-  if (regions.velocity_offset < 0) return false;
-  for (const Member& member : members)
-    for (const int slot : regions.slot) {
-      if (slot < 0) continue;
-      const auto at = static_cast<size_t>(regions.first + slot * regions.stride + regions.velocity_offset);
-      if (member.values[at] > 0 || member.values[at + 1] > 0) return true;
-    }
-  return false;
-}
-
 // Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
 void choose_activation(Device& device, const Scene& scene, const Member& base,
                        std::span<const Member> members, double dx_mm, Plan& plan) {
   plan.activation = scene.activation_method;
   plan.activation_reason = "electrophysiology.activation";
+  const auto sets = [&](const char* numbers) {
+    const auto defaults = region_defaults(scene, numbers);
+    const auto differs = [&](const Member& member) {
+      return std::any_of(defaults.begin(), defaults.end(), [&](const std::pair<int, double>& own) {
+        return member.values[static_cast<size_t>(own.first)] != own.second;
+      });
+    };
+    return differs(base) || std::any_of(members.begin(), members.end(), differs);
+  };
   // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
   // for, templates give them at a small part of the cost.
   if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
@@ -95,6 +92,10 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
         why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
   }
   if (plan.activation == ActivationMethod::eikonal) {
+    if (sets("conductivity_"))
+      spdlog::warn(
+          "conductivity_longitudinal_mS_per_mm and conductivity_transverse_mS_per_mm have no effect: eikonal "
+          "takes velocities; electrophysiology.activation: reaction_eikonal takes both");
     // A velocity that is 0 in the scene is sampled: the first member that has one stands for all.
     const RegionParameters regions = region_parameters(scene);
     const auto has = [&](const Member& member) {
@@ -163,7 +164,7 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
     return take_fronts();
   }
   plan.activation = ActivationMethod::monodomain;
-  const bool velocity_set = sets_velocity(scene, {&base, 1}) || sets_velocity(scene, members);
+  const bool velocity_set = sets("velocity_");
   if (scene.stimuli.empty()) {
     plan.activation_reason = "nothing stimulates the tissue: no front to follow";
   } else if (!one_front(scene, base.values)) {
@@ -187,6 +188,20 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
     spdlog::warn(
         "velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms have no effect: the monodomain "
         "equation conducts by its conductivities; electrophysiology.activation: reaction_eikonal takes them");
+}
+
+// Layers that cross in every member are a mistake of the scene; those of some members are rejected with them.
+void check_layers(const Scene& scene, std::span<const Member> members, const Member& base) {
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  std::size_t crossing = 0;
+  std::string why;
+  for (const Member& member : all)
+    if (const std::string defect = layer_defect(scene, member.values); !defect.empty()) {
+      if (crossing == 0) why = defect;
+      ++crossing;
+    }
+  if (crossing == all.size()) throw std::invalid_argument(why);
+  if (crossing > 0) spdlog::warn("{}, in {} of {} members: they will be rejected", why, crossing, all.size());
 }
 
 }  // namespace
@@ -230,6 +245,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
+  check_layers(scene, members, base);
   warn_of_protocol(scene, members, base);
   warn_of_probes(scene, tissue, base);
   plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);
@@ -289,6 +305,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   choose_activation(device, scene, base, members, grid.dx_mm, plan);
   if (scene.stimuli.empty() && !scene.conduction_system)
     spdlog::warn("nothing stimulates the tissue: there are neither stimuli nor a conduction system");
+  if (scene.conduction_system && scene.conduction_system->kind == ConductionSystem::Kind::delay &&
+      scene.conduction_system->early_sites.empty() && scene.stimuli.empty())
+    spdlog::warn("the ventricles are never activated: every early site of the conduction system is off");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
   module(

@@ -215,7 +215,7 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
   std::optional<Eikonal::Sheet> sheet;
   std::vector<Eikonal::Source> sources;
   if (network_) {
-    network_->assemble(tissue, parameters, members);
+    network_->assemble(tissue, parameters, speed_, members);
     sheet.emplace(network_->sheet());
     sources = network_->sources();
   }

@@ -13,6 +13,7 @@
 #include "solver/eikonal_activation.hpp"
 #include "solver/features.hpp"
 #include "solver/forward_ecg.hpp"
+#include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/observer.hpp"
@@ -81,7 +82,7 @@ struct Simulation::State {
     if (scene.activation_method == ActivationMethod::bidomain)
       bidomain.emplace(launcher, scene, definitions, grid, plan.members_per_device);
     if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
-      forward.emplace(launcher, scene, definitions, plan.members_per_device);
+      forward.emplace(launcher, scene, definitions);
     else if (scene.ecg)
       lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
     parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
@@ -189,6 +190,7 @@ std::string Simulation::State::defect(std::size_t m, const Member& member) {
       return "region \"" + scene.regions[r].name + "\" holds no cell";
   for (size_t k = 0; k < scene.stimuli.size(); ++k)
     if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
+  if (const std::string why = layer_defect(scene, member.values); !why.empty()) return why;
   if (eikonal && !eikonal->defect(m).empty()) return eikonal->defect(m);
   if (reaction_eikonal) {
     const std::string reason = reaction_eikonal->defect(tissue, monodomain, m, member);

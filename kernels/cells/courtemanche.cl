@@ -6,9 +6,9 @@
 // Na and K are kept as changes from their initial concentrations: a float of 139 mM could not follow them step by step.
 // A cell model is one file: the lines //@ declare it to the host, the functions below are what the kernels call.
 //
-//@ parameter gNa 7.8 0 80 mS/uF "fast sodium conductance" "Courtemanche et al. 1998, table 2"
-//@ parameter gK1 0.09 0 1 mS/uF "inward rectifier conductance" "Courtemanche et al. 1998, table 2"
-//@ parameter gto 0.1652 0 2 mS/uF "transient outward conductance" "Courtemanche et al. 1998, table 2"
+//@ parameter gNa 7.8 0 80 mS/uF "fast sodium conductance" "Courtemanche et al. 1998, table 1"
+//@ parameter gK1 0.09 0 1 mS/uF "inward rectifier conductance" "Courtemanche et al. 1998, table 1"
+//@ parameter gto 0.1652 0 2 mS/uF "transient outward conductance" "Courtemanche et al. 1998, table 1"
 //@ parameter gKur 0.005 0 0.05 mS/uF "ultrarapid delayed rectifier conductance at negative potentials" "Courtemanche et al. 1998"
 //@ parameter gKur_gain 0.05 0 0.5 mS/uF "what depolarisation adds to the ultrarapid conductance" "Courtemanche et al. 1998"
 //@ parameter gKr 0.029411765 0 0.3 mS/uF "rapid delayed rectifier conductance" "Courtemanche et al. 1998, CellML's digits"
@@ -18,39 +18,40 @@
 //@ parameter gbNa 0.0006744375 0 0.007 mS/uF "background sodium conductance" "Courtemanche et al. 1998, CellML's digits"
 //@ parameter gbCa 0.001131 0 0.011 mS/uF "background calcium conductance" "Courtemanche et al. 1998, CellML's digits"
 //@ parameter kNaK 0.59933874 0 6 pA/pF "greatest current of the sodium-potassium pump" "Courtemanche et al. 1998, CellML's digits"
-//@ parameter kNaCa 1600 0 16000 pA/pF "greatest current of the sodium-calcium exchanger" "Courtemanche et al. 1998, table 2"
-//@ parameter kpCa 0.275 0 3 pA/pF "greatest current of the sarcolemmal calcium pump" "Courtemanche et al. 1998, table 2"
+//@ parameter kNaCa 1600 0 16000 pA/pF "greatest current of the sodium-calcium exchanger" "Courtemanche et al. 1998, table 1"
+//@ parameter kpCa 0.275 0 3 pA/pF "greatest current of the sarcolemmal calcium pump" "Courtemanche et al. 1998, table 1"
 //@ parameter KpCa_mM 0.0005 1e-5 0.01 mM "half saturation of the calcium pump" "Courtemanche et al. 1998"
-//@ parameter KmNai_mM 10 0.5 100 mM "half saturation of the sodium-potassium pump by sodium" "Courtemanche et al. 1998, table 2"
-//@ parameter KmKo_mM 1.5 0.05 15 mM "half saturation of the sodium-potassium pump by potassium" "Courtemanche et al. 1998, table 2"
-//@ parameter KmNa_mM 87.5 5 800 mM "half saturation of the exchanger by sodium" "Courtemanche et al. 1998, table 2"
-//@ parameter KmCa_mM 1.38 0.05 15 mM "half saturation of the exchanger by calcium" "Courtemanche et al. 1998, table 2"
-//@ parameter ksat 0.1 0 1 1 "saturation of the exchanger at negative potentials" "Courtemanche et al. 1998, table 2"
-//@ parameter exchanger_gamma 0.35 0 1 1 "place of the exchanger's energy barrier" "Courtemanche et al. 1998, table 2"
-//@ parameter Q10 3 1 6 1 "temperature factor of the rates of Ito and IKur" "Courtemanche et al. 1998, table 2"
+//@ parameter KmNai_mM 10 0.5 100 mM "half saturation of the sodium-potassium pump by sodium" "Courtemanche et al. 1998, table 1"
+//@ parameter KmKo_mM 1.5 0.05 15 mM "half saturation of the sodium-potassium pump by potassium" "Courtemanche et al. 1998, table 1"
+//@ parameter KmNa_mM 87.5 5 800 mM "half saturation of the exchanger by sodium" "Courtemanche et al. 1998, table 1"
+//@ parameter KmCa_mM 1.38 0.05 15 mM "half saturation of the exchanger by calcium" "Courtemanche et al. 1998, table 1"
+//@ parameter ksat 0.1 0 1 1 "saturation of the exchanger at negative potentials" "Courtemanche et al. 1998, table 1"
+//@ parameter exchanger_gamma 0.35 0 1 1 "place of the exchanger's energy barrier" "Courtemanche et al. 1998, table 1"
+//@ parameter Q10 3 1 6 1 "temperature factor of the rates of Ito and IKur" "Courtemanche et al. 1998, table 1"
 //@ parameter tau_fCa_ms 2 0.1 50 ms "time constant of calcium inactivation" "Courtemanche et al. 1998"
-//@ parameter Ko_mM 5.4 1 20 mM "extracellular potassium" "Courtemanche et al. 1998, table 2"
-//@ parameter Nao_mM 140 50 250 mM "extracellular sodium" "Courtemanche et al. 1998, table 2"
-//@ parameter Cao_mM 1.8 0.1 10 mM "extracellular calcium" "Courtemanche et al. 1998, table 2"
-//@ parameter Ki_mM 139 50 200 mM "initial intracellular potassium" "Courtemanche et al. 1998, table 3"
+//@ parameter Ko_mM 5.4 1 20 mM "extracellular potassium" "Courtemanche et al. 1998, table 1"
+//@ parameter Nao_mM 140 50 250 mM "extracellular sodium" "Courtemanche et al. 1998, table 1"
+//@ parameter Cao_mM 1.8 0.1 10 mM "extracellular calcium" "Courtemanche et al. 1998, table 1"
+//@ parameter Ki_mM 139 50 200 mM "initial intracellular potassium" "Courtemanche et al. 1998, table 2"
 //@ parameter Nai_mM 11.17 1 30 mM "initial intracellular sodium" "Courtemanche et al. 1998, CellML's digits"
-//@ parameter temperature_K 310 280 320 K "temperature" "Courtemanche et al. 1998, table 2"
-//@ parameter capacitance_pF 100 5 1000 pF "capacitance of a cell" "Courtemanche et al. 1998, table 2"
-//@ parameter Vi_um3 13668 1000 1e5 um3 "cytoplasmic volume" "Courtemanche et al. 1998, table 2"
-//@ parameter Vup_um3 1109.52 100 1e4 um3 "volume of the network reticulum" "Courtemanche et al. 1998, table 2"
-//@ parameter Vrel_um3 96.48 10 1000 um3 "volume of the junctional reticulum" "Courtemanche et al. 1998, table 2"
-//@ parameter krel 30 0 300 1/ms "greatest release rate" "Courtemanche et al. 1998, table 2"
+//@ parameter temperature_K 310 280 320 K "temperature" "Courtemanche et al. 1998, table 1"
+//@ parameter capacitance_pF 100 5 1000 pF "capacitance of a cell" "Courtemanche et al. 1998, table 1"
+//@ parameter Vi_um3 13668 1000 1e5 um3 "cytoplasmic volume" "Courtemanche et al. 1998, table 1"
+//@ parameter Vup_um3 1109.52 100 1e4 um3 "volume of the network reticulum" "Courtemanche et al. 1998, table 1"
+//@ parameter Vrel_um3 96.48 10 1000 um3 "volume of the junctional reticulum" "Courtemanche et al. 1998, table 1"
+//@ parameter krel 30 0 300 1/ms "greatest release rate" "Courtemanche et al. 1998, table 1"
 //@ parameter tau_u_ms 8 0.5 80 ms "time constant of the release's activation" "Courtemanche et al. 1998"
-//@ parameter tau_tr_ms 180 10 2000 ms "time constant of the transfer in the reticulum" "Courtemanche et al. 1998, table 2"
-//@ parameter Iup_mM_per_ms 0.005 0 0.05 mM/ms "greatest uptake into the reticulum" "Courtemanche et al. 1998, table 2"
-//@ parameter Kup_mM 0.00092 1e-4 0.01 mM "half saturation of the uptake" "Courtemanche et al. 1998, table 2"
-//@ parameter Caup_max_mM 15 1 150 mM "greatest calcium of the network reticulum, sets its leak" "Courtemanche et al. 1998, table 2"
-//@ parameter cmdn_mM 0.05 0 0.5 mM "calmodulin" "Courtemanche et al. 1998, table 2"
-//@ parameter trpn_mM 0.07 0 0.7 mM "troponin" "Courtemanche et al. 1998, table 2"
-//@ parameter csqn_mM 10 0 100 mM "calsequestrin" "Courtemanche et al. 1998, table 2"
-//@ parameter Kcmdn_mM 0.00238 1e-4 0.03 mM "half saturation of calmodulin" "Courtemanche et al. 1998, table 2"
-//@ parameter Ktrpn_mM 0.0005 1e-5 0.005 mM "half saturation of troponin" "Courtemanche et al. 1998, table 2"
-//@ parameter Kcsqn_mM 0.8 0.05 8 mM "half saturation of calsequestrin" "Courtemanche et al. 1998, table 2"
+//@ parameter tau_tr_ms 180 10 2000 ms "time constant of the transfer in the reticulum" "Courtemanche et al. 1998, table 1"
+//@ parameter Iup_mM_per_ms 0.005 0 0.05 mM/ms "greatest uptake into the reticulum" "Courtemanche et al. 1998, table 1"
+//@ parameter Kup_mM 0.00092 1e-4 0.01 mM "half saturation of the uptake" "Courtemanche et al. 1998, table 1"
+//@ parameter Caup_max_mM 15 1 150 mM "greatest calcium of the network reticulum, sets its leak" "Courtemanche et al. 1998, table 1"
+//@ parameter cmdn_mM 0.05 0 0.5 mM "calmodulin" "Courtemanche et al. 1998, table 1"
+//@ parameter trpn_mM 0.07 0 0.7 mM "troponin" "Courtemanche et al. 1998, table 1"
+//@ parameter csqn_mM 10 0 100 mM "calsequestrin" "Courtemanche et al. 1998, table 1"
+//@ parameter Kcmdn_mM 0.00238 1e-4 0.03 mM "half saturation of calmodulin" "Courtemanche et al. 1998, table 1"
+//@ parameter Ktrpn_mM 0.0005 1e-5 0.005 mM "half saturation of troponin" "Courtemanche et al. 1998, table 1"
+//@ parameter Kcsqn_mM 0.8 0.05 8 mM "half saturation of calsequestrin" "Courtemanche et al. 1998, table 1"
+//@ parameter stimulus_potassium 1 0 1 1 "share of the stimulus that enters as potassium" "1: no charge is lost; Courtemanche et al. 1998, equation 22: 0"
 //@ parameter resting_mV -81.18 -120 0 mV "initial transmembrane potential" "Courtemanche et al. 1998, CellML's digits"
 //@ rest resting_mV
 //@ state Cai 0.0001013
@@ -103,6 +104,7 @@
 //@ derived RT_over_F temperature_K
 //@ derived F_over_RT temperature_K
 //@ derived mM_per_pA capacitance_pF Vi_um3
+//@ derived stimulus_potassium stimulus_potassium
 //@ derived up_over_i Vup_um3 Vi_um3
 //@ derived rel_over_i Vrel_um3 Vi_um3
 //@ derived rel_over_up Vrel_um3 Vup_um3
@@ -155,6 +157,7 @@ void cell_derive(const real *p, real dt, real *d) {
   d[D_RT_over_F] = gas * p[P_temperature_K] / F;
   d[D_F_over_RT] = F / (gas * p[P_temperature_K]);
   d[D_mM_per_pA] = p[P_capacitance_pF] / (p[P_Vi_um3] * F);
+  d[D_stimulus_potassium] = p[P_stimulus_potassium];
   d[D_up_over_i] = p[P_Vup_um3] / p[P_Vi_um3];
   d[D_rel_over_i] = p[P_Vrel_um3] / p[P_Vi_um3];
   d[D_rel_over_up] = p[P_Vrel_um3] / p[P_Vup_um3];
@@ -202,7 +205,7 @@ static inline realv courtemanche_m(realv m, realv v, real dt) {
 // One step of dt ms. The gates go first, by their exponentials at V (Rush & Larsen 1978): that puts them half a step behind and half a
 // step ahead of V, as a leap-frog does. Then V with these gates, its linear part by an exponential too: second order in dt for a
 // cell by itself. In tissue diffusion changes V between steps and only m, the one gate as fast as that, would feel it: m goes half
-// a step before and half a step after V (measured: fronts 4 times nearer their limit). stimulus in mV/ms; potassium carries it.
+// a step before and half a step after V (measured: fronts 4 times nearer their limit). stimulus in mV/ms.
 void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
   const realv v = *V;
   const realv Cai = state[S_Cai], Carel = state[S_Carel], Caup = state[S_Caup];
@@ -304,7 +307,7 @@ void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) 
   // Concentrations, mM.
   const realv scale = dt * d[D_mM_per_pA];
   state[S_Nai_change] -= scale * (INa + IbNa + 3 * (INaK + INaCa));
-  state[S_Ki_change] -= scale * (IK - 2 * INaK - stimulus);
+  state[S_Ki_change] -= scale * (IK - 2 * INaK - d[D_stimulus_potassium] * stimulus);
 
   const realv transfer = (Caup - Carel) * d[D_inverse_tau_tr];
   const realv uptake = d[D_Iup] * Cai / (Cai + d[D_Kup]) - d[D_leak] * Caup;

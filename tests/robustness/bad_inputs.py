@@ -143,6 +143,10 @@ def label_maps(folder):
     expect("an export of no known kind", cohort(folder, "run", heart, "--export", "map.txt"), 1, "--export map.txt")
     expect("a member that is not there", cohort(folder, "run", heart, "--export", "a.nii", "--member", "7"), 1, "--member 7")
     expect("an export into no folder", cohort(folder, "run", heart, "--export", "nowhere/a.nii"), 1, "nowhere/a.nii: cannot be written")
+    for option in ("--export-spacing", "--export-every"):
+        for value in ("nan", "inf", "-1"):
+            expect(f"{option} {value}", cohort(folder, "run", heart, "--export", "b.nii", option, value), 1, option)
+    assert not (folder / "b.nii").exists()
     labels = write(folder, "labels.yaml", LABELS % "map.nii.gz")
     expect("labels run", cohort(folder, "run", labels), 0)
     whole = (folder / "map.nii.gz").read_bytes()

@@ -130,6 +130,43 @@ TEST(EcgFeatures, OnsetsMoveLittleWithNoise) {
   EXPECT_LT(worst_t, 12);
 }
 
+// Wherever a series ends, what is told of the beat is that of the whole beat or nothing.
+TEST(EcgFeatures, WavesCutByTheEndAreNaN) {
+  const auto whole = measure(Beat{}.leads());
+  for (double length = 210; length <= 600; length += 5) {
+    const auto cut = measure(Beat{}.leads(length));
+    const auto expect_told_from = [&](const std::string& name, double from_ms, double tolerance) {
+      const double value = cut.at("ecg_" + name);
+      if (length < from_ms)
+        EXPECT_TRUE(std::isnan(value)) << name << " is " << value << " of " << length << " ms";
+      else
+        EXPECT_NEAR(value, whole.at("ecg_" + name), tolerance) << name << " of " << length << " ms";
+    };
+    constexpr double quiet = 10;  // behind QRS, until it counts as over
+    for (const char* name : {"P_ms", "PR_ms", "QRS_onset_ms"}) expect_told_from(name, 0, 1e-3);
+    for (const char* name : {"QRS_ms", "QRS_offset_ms", "QRS_axis_deg", "R_V6_mV", "S_V1_mV", "R_peak_V6_ms"})
+      expect_told_from(name, 290 + quiet, 1e-3);
+    for (const char* name : {"QT_ms", "T_end_ms", "T_II_mV", "T_V6_mV", "T_axis_deg"})
+      expect_told_from(name, 520, 0.5);
+  }
+}
+
+// The end of T is the median over the leads, of which some end behind the series.
+TEST(EcgFeatures, LeadsWhoseTIsCutCountAsLater) {
+  const auto with_late_leads = [](size_t late, double length) {
+    Leads leads = Beat{}.leads(length);
+    Beat slow;
+    slow.T_end = 640;
+    const Leads other = slow.leads(length);
+    for (size_t l = 0; l < late; ++l) leads[l] = other[l];
+    return measure(leads).at("ecg_T_end_ms");
+  };
+  EXPECT_NEAR(with_late_leads(3, 700), 520, 2);
+  EXPECT_NEAR(with_late_leads(3, 600), 520, 2);
+  EXPECT_NEAR(with_late_leads(5, 700), 640, 2);
+  EXPECT_TRUE(std::isnan(with_late_leads(5, 600))) << with_late_leads(5, 600);
+}
+
 TEST(EcgFeatures, WhatIsNotThereIsNaN) {
   Beat beat;
   beat.P_mV = 0;

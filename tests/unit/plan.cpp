@@ -1,5 +1,10 @@
 // What a plan states beside what then runs.
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
 #include <chrono>
+#include <sstream>
+#include <stdexcept>
 #include <thread>
 
 #include "ensemble/config.hpp"
@@ -87,6 +92,65 @@ TEST(Plan, AForwardEcgTakesATimeLoop) {
   const Plan plan = make_plan(device(), campaign.scene, {}, {});
   EXPECT_EQ(plan.activation, ActivationMethod::reaction_eikonal);
   EXPECT_NE(plan.activation_reason.find("forward"), std::string::npos) << plan.activation_reason;
+}
+
+// What `make_plan` says of a campaign's own values on the log.
+std::string warnings_of(const std::vector<std::string>& overrides) {
+  const Campaign campaign = campaign_of("heart.yaml", overrides);
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  make_plan(device(), campaign.scene, {}, {});
+  spdlog::set_default_logger(before);
+  return log.str();
+}
+
+const std::string system_path = "scene.electrophysiology.conduction_system.";
+
+TEST(Plan, WarnsOfVentriclesThatNothingActivates) {
+  const std::vector<std::string> coarse = {"grid.dx_mm=4", "torso.dx_mm=20"};
+  std::vector<std::string> overrides = coarse;
+  for (const char* name :
+       {"lv_septum", "lv_anterior", "lv_inferior", "lv_lateral", "rv_septum", "rv_free_wall"}) {
+    EXPECT_EQ(warnings_of(overrides).find("never activated"), std::string::npos) << "before " << name;
+    overrides.push_back(system_path + "early_sites." + name + "=off");
+  }
+  EXPECT_NE(warnings_of(overrides).find("the ventricles are never activated"), std::string::npos);
+}
+
+TEST(Plan, WarnsOfConductivitiesThatNothingReads) {
+  const std::vector<std::string> open = {"grid.dx_mm=4", "torso.dx_mm=20",
+                                         "scene.electrophysiology.activation=automatic"};
+  EXPECT_EQ(warnings_of(open).find("no effect"), std::string::npos);
+  std::vector<std::string> overrides = open;
+  overrides.emplace_back("scene.electrophysiology.conductivity_transverse_mS_per_mm=0.1");
+  EXPECT_NE(warnings_of(overrides).find("conductivity_transverse_mS_per_mm have no effect"),
+            std::string::npos);
+  overrides = open;
+  overrides.emplace_back("scene.electrophysiology.regions.la.conductivity_longitudinal_mS_per_mm=0.1");
+  EXPECT_NE(warnings_of(overrides).find("no effect"), std::string::npos);
+}
+
+TEST(Plan, RefusesLayersThatCross) {
+  const std::string layers = "electrophysiology.heterogeneity.";
+  const auto plan = [&](double until, double from, size_t crossing) {
+    const Campaign campaign = campaign_of("heart.yaml", {"grid.dx_mm=4", "torso.dx_mm=20"});
+    std::vector<Member> members;
+    for (size_t m = 0; m < 2; ++m) {
+      members.push_back({static_cast<std::int64_t>(m), campaign.scene.parameters.values()});
+      if (m < crossing) {
+        const ParameterTable& table = campaign.scene.parameters;
+        members[m].values[static_cast<size_t>(table.index(layers + "endocardial_until"))] = until;
+        members[m].values[static_cast<size_t>(table.index(layers + "epicardial_from"))] = from;
+      }
+      campaign.scene.parameters.resolve(members[m].values);
+    }
+    make_plan(device(), campaign.scene, members, {});
+  };
+  EXPECT_THROW(plan(0.9, 0.1, 2), std::invalid_argument);
+  EXPECT_NO_THROW(plan(0.9, 0.1, 1));  // that member alone is rejected
+  EXPECT_NO_THROW(plan(0.5, 0.5, 2));  // two layers
 }
 
 }  // namespace

@@ -224,7 +224,11 @@ TEST(Eikonal, SheetsDoNotJumpTheSeptum) {
   const cl::Buffer id = device().allocate(n);
   wave.slab.launcher->queue().enqueueWriteBuffer(id, CL_TRUE, 0, n, sheet.data());
   const cl::Buffer sheet_speed = wave.upload(std::vector<double>(n, fast));
-  const Eikonal::Sheet layer{id, sheet_speed};
+  std::vector<double> depths(n, 1e9);
+  for (std::size_t i = 0; i < n; ++i)
+    if (sheet[i] != 0) depths[i] = 0;
+  const cl::Buffer depth = wave.upload(depths);
+  const Eikonal::Sheet layer{id, sheet_speed, depth};
   const Eikonal::Source source{wave.cell_at({2, 10, 2}), 0};
   wave.eikonal.solve(*wave.slab.tissue, wave.speed, &layer, nullptr, {&source, 1});
   const std::vector<double> T = wave.arrival();
@@ -237,6 +241,44 @@ TEST(Eikonal, SheetsDoNotJumpTheSeptum) {
                 far - near, x > 20 ? head : through);
     EXPECT_NEAR(near, exact, 0.02 * exact + 1e-3);
     EXPECT_NEAR(far - near, x > 20 ? head : through, 0.03 * through);
+  }
+}
+
+// A sheet along the face z = 0 of a slab, known by two rows of cells: the wave in it passes at x / fast, and
+// reaches each cell after the way to it; with one row of cells missing now and then the same. A wave that
+// comes from below first goes on in the sheet.
+TEST(Eikonal, SheetsAreSurfacesWhateverTheirCells) {
+  constexpr double dx = 2, fast = 1.5;
+  Wave wave({80, 12, 12}, dx, {0, 1, 0});
+  const auto n = static_cast<size_t>(wave.slab.tissue->stride);
+  const cl::Buffer id = device().allocate(n);
+  const cl::Buffer sheet_speed = wave.upload(std::vector<double>(n, fast));
+  for (const bool with_gaps : {false, true}) {
+    std::vector<std::uint8_t> sheet(n, 0);
+    std::vector<double> depths(n, 1e9);
+    wave.slab.each_cell([&](std::size_t i, const Vector& p) {
+      if (p[2] > (with_gaps && int(p[0] / dx) % 3 == 0 ? dx : 2 * dx)) return;
+      sheet[i] = 1;
+      depths[i] = p[2] / across;
+    });
+    wave.slab.launcher->queue().enqueueWriteBuffer(id, CL_TRUE, 0, n, sheet.data());
+    const cl::Buffer depth = wave.upload(depths);
+    const Eikonal::Sheet layer{id, sheet_speed, depth};
+    const auto solve = [&](const Vector& start) {
+      const Eikonal::Source source{wave.cell_at(start), 0};
+      wave.eikonal.solve(*wave.slab.tissue, wave.speed, &layer, nullptr, {&source, 1});
+      return wave.arrival();
+    };
+    std::vector<double> T = solve({1, 7, 1});
+    for (const double x : {21.0, 47.0, 79.0})
+      for (const double z : {1.0, 3.0, 5.0}) {
+        const double exact = (x - 1) / fast + z / across * std::sqrt(1 - std::pow(across / fast, 2));
+        EXPECT_NEAR(T[static_cast<size_t>(wave.cell_at({x, 7, z}))], exact, 0.02 * exact + 0.3)
+            << x << " " << z << (with_gaps ? " with gaps" : "");
+      }
+    T = solve({1, 7, 11});  // as deep as 5 rows
+    const double up = 11 / across;
+    EXPECT_NEAR(T[static_cast<size_t>(wave.cell_at({79, 7, 1}))], up + 78 / fast + 1 / across, 2.5);
   }
 }
 

@@ -208,15 +208,21 @@ TEST(LabelMaps, AHeartThatIsWrittenAndReadBackHasTheSameEcg) {
   }
 }
 
-// Not met, and so not run: measured 0.030 at 2 mm with labels of 0.5 mm (0.042 with distances to the faces of
-// voxels). Run it with --gtest_also_run_disabled_tests. With the schematic heart's distances to the
-// endocardium it is 0.019, with its cells, coordinates and fibres too 0.000: what is left lies in which cells
-// the fast layer has.
-TEST(LabelMaps, DISABLED_TheDefaultHeartsBeatIsTheSame) {
+// What is lost: distances to a surface of voxels scatter by 0.04 mm, blood where it ends in a sharp edge,
+// where the right ventricle's wall meets the septum.
+TEST(LabelMaps, TheDefaultHeartsBeatIsTheSame) {
   const Scene scene = read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml").scene;
   Scene back = read_campaign(COHORT_SOURCE_DIR "/configs/labels.yaml").scene;
   const auto image = through_file(exported(scene, 0.5));
   back.labels = std::make_shared<LabelHeart>(image, "test", "cohort", label_table("cohort"), std::nullopt);
+  // The same parameters, or the example has fallen behind.
+  const std::vector<double> schematic = own_member(scene).values, labelled = own_member(back).values;
+  for (size_t k = 0; k < labelled.size(); ++k) {
+    const std::string& path = back.parameters.all()[k].path;
+    if (const int i = scene.parameters.find(path); i >= 0) {
+      EXPECT_EQ(labelled[k], schematic[static_cast<size_t>(i)]) << path;
+    }
+  }
   const std::vector<float> a = ecg_of(scene), b = ecg_of(back);
   ASSERT_EQ(a.size(), b.size());
   std::printf("relative RMS difference %.4f\n", difference_of(a, b));
@@ -306,9 +312,8 @@ TEST(LabelMaps, WallsAreGrownWhereTheConventionHasNone) {
     const double z = grid.origin_mm[2] + grid.dx_mm * (cell / (grid.cells[0] * grid.cells[1]) + 0.5);
     if (cells->region[size_t(cell)] == 1 && z < -6) wall += double(cells->fraction[size_t(cell)]) * 8;
   }
-  // Walls are grown from the faces of voxels, whose corners stand out: measured 8 % more than the smooth
-  // wall.
-  EXPECT_NEAR(wall / voxels, 1, 0.10);
+  std::printf("grown wall over the schematic heart's %.4f\n", wall / voxels);
+  EXPECT_NEAR(wall / voxels, 1, 0.07);
   // Only the path joins atria and ventricles.
   const auto& n = cells->grid.cells;
   const auto side = [&](size_t i) {

@@ -60,10 +60,10 @@ Reduction reduction(Device& device, double dx, const Medium& medium, double tole
 TEST(Multigrid, ReductionIndependentOfSpacing) {
   Device device(devices().at(0));
   const Medium media[] = {
-      {"homogeneous", {}, {10, 5}},
+      {"homogeneous", {}, {14, 10, 7, 5}},
       {"heart 10:1", {{"heart", 10}}, {10, 5, 2.5}},
       {"heart 1:10", {{"heart", 0.1}}, {10, 5, 2.5}},
-      {"lungs 1:10, blood 3:1", {{"heart", 3}, {"left_lung", 0.1}, {"right_lung", 0.1}}, {10, 5}}};
+      {"lungs 1:10, blood 3:1", {{"heart", 3}, {"left_lung", 0.1}, {"right_lung", 0.1}}, {14, 10, 7, 5}}};
   std::printf("  %-22s dx_mm  V-cycles to 1e-8  residual falls per V-cycle by  (V-cycles alone)\n", "");
   for (const Medium& medium : media) {
     int fewest = 1000, most = 0;

@@ -4,8 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "solver/conduction.hpp"
+#include "solver/observer.hpp"
 #include "solver/simulation.hpp"
 #include "tests/slab.hpp"
 
@@ -86,25 +88,34 @@ TEST(Conduction, AFrontDoesNotDependOnTheOtherCables) {
   EXPECT_LT(together[2].width_mm, 3);
 }
 
+using Changes = std::vector<std::pair<std::string, double>>;
+
 struct Strip {
   Scene scene;
-  explicit Strip(ActivationMethod method, const std::string& model = "mitchell_schaeffer", double dx = 1) {
+  explicit Strip(ActivationMethod method, const std::string& model = "mitchell_schaeffer", double dx = 1,
+                 const Vector& size_mm = {10, 4, 2}, const std::vector<Vector>& probes_mm = {},
+                 Stimulus::Kind stimulus = Stimulus::Kind::box, bool beats = false) {
     scene.geometry = GeometryKind::box;
     scene.cell_model = model;
     scene.activation_method = method;
-    scene.activation.emplace();
-    scene.stimuli = {{"corner", Stimulus::Kind::box, ""}};
+    scene.activation.emplace().beats = beats;
+    for (size_t p = 0; p < probes_mm.size(); ++p)
+      scene.activation->probes.push_back("p" + std::to_string(p + 1));
+    scene.stimuli = {{"corner", stimulus, ""}};
     declare_parameters(scene);
-    set("geometry.box.size_mm.x", 10);
-    set("geometry.box.size_mm.y", 4);
-    set("geometry.box.size_mm.z", 2);
+    const char* axes[] = {".x", ".y", ".z"};
+    for (size_t a = 0; a < 3; ++a) {
+      set(std::string("geometry.box.size_mm") + axes[a], size_mm[a]);
+      for (size_t p = 0; p < probes_mm.size(); ++p)
+        set("outputs.activation.probes." + scene.activation->probes[p] + "_mm" + axes[a], probes_mm[p][a]);
+    }
     set("grid.dx_mm", dx);
     set("time.end_ms", 40);
   }
   void set(const std::string& path, double value) {
     scene.parameters[scene.parameters.index(path)].value = value;
   }
-  Member member(const std::vector<std::pair<std::string, double>>& changes = {}) const {
+  Member member(const Changes& changes = {}) const {
     Member result{0, scene.parameters.values()};
     for (const auto& [path, value] : changes)
       result.values[static_cast<size_t>(scene.parameters.index(path))] = value;
@@ -120,6 +131,89 @@ struct Strip {
   }
 };
 
+// The slab of Niederer et al. 2011 at `dx`, its nine points as probes.
+Strip niederer_slab(const std::string& model, double dx, bool beats = false) {
+  Strip slab(ActivationMethod::reaction_eikonal, model, dx, {20, 7, 3},
+             {{0, 0, 0},
+              {0, 7, 0},
+              {20, 0, 0},
+              {20, 7, 0},
+              {0, 0, 3},
+              {0, 7, 3},
+              {20, 0, 3},
+              {20, 7, 3},
+              {10, 3.5, 1.5}},
+             Stimulus::Kind::box, beats);
+  slab.set("geometry.fibres.direction.x", 1);
+  slab.set("time.end_ms", 60);
+  slab.set("electrophysiology.conductivity_longitudinal_mS_per_mm", 0.1334177215);
+  slab.set("electrophysiology.conductivity_transverse_mS_per_mm", 0.01760617761);
+  return slab;
+}
+
+// The first feature whose name begins so.
+double feature(const Scene& scene, const Recording& recording, const std::string& prefix) {
+  const Layout shape = layout(scene);
+  for (size_t k = 0; k < shape.features.size(); ++k)
+    if (shape.features[k].starts_with(prefix)) return static_cast<double>(recording.features[k]);
+  ADD_FAILURE() << prefix;
+  return 0;
+}
+
+// Activation at the probes, ms.
+std::vector<double> at_probes(const Scene& scene, const Recording& recording) {
+  EXPECT_EQ(recording.outcome, Outcome::done) << recording.reason;
+  std::vector<double> result;
+  for (const std::string& probe : scene.activation->probes)
+    result.push_back(feature(scene, recording, "activation_" + probe + "_ms"));
+  return result;
+}
+
+// The parts of the solver that reaction-eikonal activation needs, with `members` on them.
+struct Assembled {
+  Assembled(const Scene& scene, const std::vector<Member>& members)
+      : grid(make_grid(scene, members)),
+        definitions(scene_definitions(scene, grid)),
+        launcher(device(), scene.precision),
+        tissue(launcher, scene, grid, static_cast<int>(members.size())),
+        diffusion(launcher, scene, definitions),
+        monodomain(launcher, scene, definitions, static_cast<int>(members.size())),
+        reaction_eikonal(launcher, scene, definitions, static_cast<int>(members.size())) {
+    std::vector<double> values;
+    for (const Member& member : members)
+      values.insert(values.end(), member.values.begin(), member.values.end());
+    const std::vector<std::byte> packed = pack(values, scene.precision);
+    parameters = device().allocate(packed.size());
+    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+    tissue.build(parameters, static_cast<int>(members.size()));
+    tissue.build_fibres(parameters);
+    monodomain.assemble(tissue, diffusion, parameters, members);
+    reaction_eikonal.assemble(tissue, monodomain, parameters, members);
+  }
+  void march(double dt_ms, double end_ms) {
+    monodomain.initialise(tissue, parameters, dt_ms, 1);
+    for (int step = 0; step * dt_ms < end_ms; ++step) {
+      reaction_eikonal.trigger(tissue, monodomain, parameters, step * dt_ms, dt_ms);
+      monodomain.advance(tissue, parameters, step * dt_ms, step == 0);
+    }
+  }
+  // (stride) single-precision numbers.
+  std::vector<float> read(const cl::Buffer& buffer) {
+    std::vector<float> result(static_cast<size_t>(tissue.stride));
+    launcher.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, result.size() * sizeof(float), result.data());
+    return result;
+  }
+
+  Grid grid;
+  Definitions definitions;
+  Launcher launcher;
+  Tissue tissue;
+  Diffusion diffusion;
+  Monodomain monodomain;
+  ReactionEikonal reaction_eikonal;
+  cl::Buffer parameters;
+};
+
 // A stronger stimulus activates no later, also where the front comes before a whole trigger has been.
 TEST(ReactionEikonal, EarlierFrontsTriggerNoLater) {
   for (const char* model : {"mitchell_schaeffer", "ten_tusscher_panfilov"}) {
@@ -130,18 +224,11 @@ TEST(ReactionEikonal, EarlierFrontsTriggerNoLater) {
       members.push_back(strip.member({{"stimuli.corner.amplitude_mV_per_ms", amplitude},
                                       {"stimuli.corner.duration_ms", amplitude < 200 ? 2 : 0.5}}));
     const std::vector<Recording> recordings = strip.run(members);
-    const Layout shape = layout(strip.scene);
-    const auto feature = [&](const Recording& recording, const std::string& prefix) {
-      for (size_t k = 0; k < shape.features.size(); ++k)
-        if (shape.features[k].starts_with(prefix)) return static_cast<double>(recording.features[k]);
-      ADD_FAILURE() << prefix;
-      return 0.0;
-    };
     double before_first = 1e9, before_last = 1e9;
     for (size_t m = 0; m < recordings.size(); ++m) {
       ASSERT_EQ(recordings[m].outcome, Outcome::done) << recordings[m].reason;
-      const double first = feature(recordings[m], "activation_first_"),
-                   last = feature(recordings[m], "activation_last_");
+      const double first = feature(strip.scene, recordings[m], "activation_first_"),
+                   last = feature(strip.scene, recordings[m], "activation_last_");
       std::printf("%s, %g mV/ms: first activation %.3f ms, last %.3f, steps of %.3f\n", model, amplitudes[m],
                   first, last, recordings[m].dt_ms);
       EXPECT_LE(first, before_first + 0.05);
@@ -154,10 +241,11 @@ TEST(ReactionEikonal, EarlierFrontsTriggerNoLater) {
         strip.run({strip.member({{"stimuli.corner.amplitude_mV_per_ms", 1000},
                                  {"stimuli.corner.duration_ms", 0.5},
                                  {"stimuli.corner.start_ms", 7}})});
-    std::printf("  with time for it: %.3f, last %.3f\n", feature(later[0], "activation_first_") - 7,
-                feature(later[0], "activation_last_") - 7);
-    EXPECT_NEAR(before_first, feature(later[0], "activation_first_") - 7, 0.3);
-    EXPECT_NEAR(before_last, feature(later[0], "activation_last_") - 7, 0.3);
+    std::printf("  with time for it: %.3f, last %.3f\n",
+                feature(strip.scene, later[0], "activation_first_") - 7,
+                feature(strip.scene, later[0], "activation_last_") - 7);
+    EXPECT_NEAR(before_first, feature(strip.scene, later[0], "activation_first_") - 7, 0.3);
+    EXPECT_NEAR(before_last, feature(strip.scene, later[0], "activation_last_") - 7, 0.3);
   }
 }
 
@@ -165,26 +253,7 @@ TEST(ReactionEikonal, EarlierFrontsTriggerNoLater) {
 TEST(ReactionEikonal, TriggersEndWithTheLongestTrain) {
   const Strip strip(ActivationMethod::reaction_eikonal);
   const auto last_ms = [&](const std::vector<Member>& members) {
-    const Scene& scene = strip.scene;
-    const Grid grid = make_grid(scene, members);
-    const Definitions definitions = scene_definitions(scene, grid);
-    const int count = static_cast<int>(members.size());
-    Launcher launcher(device(), scene.precision);
-    Tissue tissue(launcher, scene, grid, count);
-    Diffusion diffusion(launcher, scene, definitions);
-    Monodomain monodomain(launcher, scene, definitions, count);
-    ReactionEikonal reaction_eikonal(launcher, scene, definitions, count);
-    std::vector<double> values;
-    for (const Member& member : members)
-      values.insert(values.end(), member.values.begin(), member.values.end());
-    const std::vector<std::byte> packed = pack(values, scene.precision);
-    const cl::Buffer parameters = device().allocate(packed.size());
-    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
-    tissue.build(parameters, count);
-    tissue.build_fibres(parameters);
-    monodomain.assemble(tissue, diffusion, parameters, members);
-    reaction_eikonal.assemble(tissue, monodomain, parameters, members);
-    return reaction_eikonal.last_ms();
+    return Assembled(strip.scene, members).reaction_eikonal.last_ms();
   };
   const auto train = [&](double period_ms, double count) {
     return strip.member({{"stimuli.corner.period_ms", period_ms}, {"stimuli.corner.count", count}});
@@ -203,6 +272,153 @@ TEST(ReactionEikonal, RejectsCellsThatNothingTriggers) {
   EXPECT_EQ(recordings[0].outcome, Outcome::done) << recordings[0].reason;
   ASSERT_EQ(recordings[1].outcome, Outcome::rejected);
   EXPECT_NE(recordings[1].reason.find("activation_threshold_mV"), std::string::npos) << recordings[1].reason;
+}
+
+// A cell crosses the threshold when the front arrives: to a step where no neighbour lifts it beside the
+// trigger.
+TEST(ReactionEikonal, TriggersEndAtTheThreshold) {
+  for (const char* model : {"mitchell_schaeffer", "ten_tusscher_panfilov"}) {
+    const std::string ep = "electrophysiology.";
+    const Strip strip(ActivationMethod::reaction_eikonal, model);
+    const Member member = strip.member({{ep + "conductivity_longitudinal_mS_per_mm", 0},
+                                        {ep + "conductivity_transverse_mS_per_mm", 0},
+                                        {ep + "velocity_longitudinal_mm_per_ms", 0.5},
+                                        {ep + "velocity_transverse_mm_per_ms", 0.23},
+                                        {"stimuli.corner.start_ms", 4}});
+    Assembled parts(strip.scene, {member});
+    constexpr double dt_ms = 0.02;
+    parts.march(dt_ms, 45);
+    const std::vector<float> arrival = parts.read(parts.reaction_eikonal.arrival()),
+                             activation = parts.read(parts.monodomain.activation());
+    double earliest = 0, latest = 0;
+    int cells = 0;
+    for (size_t i = 0; i < arrival.size(); ++i) {
+      if (parts.tissue.regions[i] == 255) continue;
+      ++cells;
+      ASSERT_GE(activation[i], 0) << model << ": cell " << i << " is not activated; the front comes at "
+                                  << arrival[i];
+      const double late = static_cast<double>(activation[i]) - static_cast<double>(arrival[i]);
+      earliest = std::min(earliest, late);
+      latest = std::max(latest, late);
+    }
+    std::printf("%s: %d cells activated %+.3f to %+.3f ms after the front arrives\n", model, cells, earliest,
+                latest);
+    EXPECT_EQ(cells, 80);
+    EXPECT_GT(earliest, -2 * dt_ms);
+    EXPECT_LT(latest, 2 * dt_ms);
+  }
+}
+
+TEST(ReactionEikonal, TheStartOfTheStimulusShiftsAll) {
+  Strip slab = niederer_slab("mitchell_schaeffer", 1);
+  slab.set("time.end_ms", 110);
+  constexpr double whole_trigger = 3, later = 7;  // the first so that nothing begins before 0
+  const std::vector<Recording> recordings =
+      slab.run({slab.member({{"stimuli.corner.start_ms", whole_trigger}}),
+                slab.member({{"stimuli.corner.start_ms", whole_trigger + later}})});
+  const std::vector<double> first = at_probes(slab.scene, recordings[0]),
+                            second = at_probes(slab.scene, recordings[1]);
+  for (size_t p = 0; p < first.size(); ++p) EXPECT_NEAR(second[p] - first[p], later, 2e-3) << "p" << p + 1;
+}
+
+TEST(ReactionEikonal, ATrainBringsItsBeats) {
+  Strip slab = niederer_slab("mitchell_schaeffer", 1, true);
+  slab.set("electrophysiology.mitchell_schaeffer.tau_close_ms", 40);  // action potentials of 100 ms
+  slab.set("electrophysiology.mitchell_schaeffer.tau_open_ms", 30);
+  slab.set("time.end_ms", 600);
+  constexpr double period = 180;
+  const Recording recording = slab.run({slab.member({{"stimuli.corner.start_ms", 3},
+                                                     {"stimuli.corner.period_ms", period},
+                                                     {"stimuli.corner.count", 3}})})[0];
+  const std::vector<double> first = at_probes(slab.scene, recording);
+  for (size_t p = 0; p < first.size(); ++p) {
+    const std::string probe = slab.scene.activation->probes[p];
+    EXPECT_EQ(feature(slab.scene, recording, "activations_" + probe), 3) << probe;
+    const double latest = feature(slab.scene, recording, "activation_latest_" + probe + "_ms");
+    EXPECT_NEAR(latest - first[p], 2 * period, 0.3) << probe;
+  }
+}
+
+// A front that spreads in a circle is slower than a plane one, by D / r: arrival times alone know no
+// curvature. Against the monodomain equation on a grid that resolves the front.
+TEST(ReactionEikonal, FrontsThatCurveAreSlower) {
+  constexpr double near = 4, far = 12;                 // mm from the source in a corner
+  constexpr double conductivity = 0.2, D = 0.2 / 1.4;  // mS/mm, mm2/ms
+  Conduction conduction(device(), Precision::single_);
+  const double speed = conduction.converged({cable_of("mitchell_schaeffer")})[0].speed * std::sqrt(D);
+  // How much longer than a plane front the front takes from near to far; by sectors, along an edge and
+  // between.
+  const auto delays = [&](ActivationMethod method, double dx) {
+    Strip sheet(method, "mitchell_schaeffer", dx, {14, 14, dx}, {}, Stimulus::Kind::sphere);
+    sheet.set("stimuli.corner.radius_mm", 2);
+    sheet.set("time.end_ms", 45);
+    for (const char* direction : {"longitudinal", "transverse"})
+      sheet.set("electrophysiology.conductivity_" + std::string(direction) + "_mS_per_mm", conductivity);
+    std::array<std::array<double, 2>, 2> sum{}, count{};  // by sector, near and far
+    TissueFields tissue;
+    Observer observer;
+    observer.tissue = [&](const TissueFields& fields) { tissue = fields; };
+    observer.activation = [&](std::span<const float> activation) {
+      for (size_t n = 0; n < activation.size(); ++n) {
+        const std::int64_t row = tissue.cells[0], plane = row * tissue.cells[1];
+        const double x = tissue.origin_mm[0] + (static_cast<double>(tissue.cell[n] % row) + 0.5) * dx,
+                     y = tissue.origin_mm[1] + (static_cast<double>(tissue.cell[n] % plane / row) + 0.5) * dx;
+        const double r = std::hypot(x, y), edge = std::min(x, y) / r;
+        for (size_t ring = 0; ring < 2; ++ring)
+          if (std::abs(r - (ring == 0 ? near : far)) < 1) {
+            sum[edge > 0.5][ring] += static_cast<double>(activation[n]) - r / speed;
+            count[edge > 0.5][ring] += 1;
+          }
+      }
+    };
+    const Member member = sheet.member();
+    const Plan plan = make_plan(device(), sheet.scene, {&member, 1}, {});
+    Simulation simulation(device(), sheet.scene, plan);
+    simulation.observe(observer);
+    EXPECT_EQ(simulation.run({&member, 1}, 600)[0].outcome, Outcome::done);
+    std::array<double, 2> result{};
+    for (size_t sector = 0; sector < 2; ++sector)
+      result[sector] = sum[sector][1] / count[sector][1] - sum[sector][0] / count[sector][0];
+    return result;
+  };
+  const auto fine = delays(ActivationMethod::monodomain, 0.125),
+             coarse = delays(ActivationMethod::reaction_eikonal, 1);
+  for (size_t sector = 0; sector < 2; ++sector) {
+    std::printf("%s: from %g to %g mm %.2f ms longer than a plane front, monodomain %.2f\n",
+                sector == 0 ? "along the edges" : "between", near, far, coarse[sector], fine[sector]);
+    EXPECT_GT(fine[sector], 0.7);  // to first order D / speed^2 log(far / near), 0.94 ms
+    EXPECT_NEAR(coarse[sector], fine[sector], 0.3);
+  }
+}
+
+// A member's bits are its own, whichever speeds, steps and trains run beside it.
+TEST(ReactionEikonal, AMembersBytesDoNotDependOnItsBatch) {
+  const std::string ep = "electrophysiology.";
+  Strip slab = niederer_slab("mitchell_schaeffer", 1, true);
+  slab.set("time.end_ms", 90);
+  const std::vector<Member> members = {
+      slab.member(),
+      slab.member(
+          {{ep + "velocity_longitudinal_mm_per_ms", 1.1}, {ep + "velocity_transverse_mm_per_ms", 0.7}}),
+      slab.member(
+          {{ep + "conductivity_transverse_mS_per_mm", 0.1}, {ep + "mitchell_schaeffer.tau_out_ms", 5}}),
+      slab.member({{ep + "mitchell_schaeffer.tau_in_ms", 0.1}}),
+      slab.member({{"stimuli.corner.start_ms", 5}, {"stimuli.corner.upper_mm.x", 3}})};
+  const std::vector<Recording> together = slab.run(members);
+  std::vector<Recording> alone;
+  for (const Member& member : members) alone.push_back(slab.run({member})[0]);
+  for (size_t m = 0; m < members.size(); ++m) {
+    ASSERT_EQ(alone[m].outcome, Outcome::done) << alone[m].reason;
+    ASSERT_EQ(together[m].outcome, Outcome::done) << together[m].reason;
+    EXPECT_EQ(together[m].dt_ms, alone[m].dt_ms);
+    ASSERT_EQ(together[m].features.size(), alone[m].features.size());
+    EXPECT_EQ(std::memcmp(together[m].features.data(), alone[m].features.data(),
+                          alone[m].features.size() * sizeof(float)),
+              0)
+        << m;
+    for (size_t n = 0; n < m; ++n)
+      EXPECT_NE(at_probes(slab.scene, alone[n]), at_probes(slab.scene, alone[m]));
+  }
 }
 
 // What the plan prints is what the equation conducts with.
@@ -236,49 +452,6 @@ TEST(Plan, VelocitiesAreThoseOfTheEquation) {
   EXPECT_NEAR(plan.conduction.at(0).along_mm_per_ms, 3, 1e-9);
 }
 
-// The slab of Niederer et al. 2011 by reaction-eikonal at `dx`: activation of its nine points, ms.
-std::vector<double> slab_activation(const std::string& model, double dx, double end_ms) {
-  Scene scene;
-  scene.geometry = GeometryKind::box;
-  scene.cell_model = model;
-  scene.activation_method = ActivationMethod::reaction_eikonal;
-  scene.activation.emplace();
-  const std::vector<Vector> points = {{0, 0, 0}, {0, 7, 0},  {20, 0, 0}, {20, 7, 0},    {0, 0, 3},
-                                      {0, 7, 3}, {20, 0, 3}, {20, 7, 3}, {10, 3.5, 1.5}};
-  for (size_t p = 0; p < points.size(); ++p) scene.activation->probes.push_back("p" + std::to_string(p + 1));
-  scene.stimuli = {{"corner", Stimulus::Kind::box, ""}};
-  declare_parameters(scene);
-  const auto set = [&](const std::string& path, double value) {
-    scene.parameters[scene.parameters.index(path)].value = value;
-  };
-  const char* axes[] = {".x", ".y", ".z"};
-  const double size[] = {20, 7, 3};
-  for (size_t a = 0; a < 3; ++a) {
-    set(std::string("geometry.box.size_mm") + axes[a], size[a]);
-    for (size_t p = 0; p < points.size(); ++p)
-      set("outputs.activation.probes.p" + std::to_string(p + 1) + "_mm" + axes[a], points[p][a]);
-  }
-  set("geometry.fibres.direction.x", 1);
-  set("grid.dx_mm", dx);
-  set("time.end_ms", end_ms);
-  set("electrophysiology.conductivity_longitudinal_mS_per_mm", 0.1334177215);
-  set("electrophysiology.conductivity_transverse_mS_per_mm", 0.01760617761);
-  Member member{0, scene.parameters.values()};
-  scene.parameters.resolve(member.values);
-  const Plan plan = make_plan(device(), scene, {&member, 1}, {});
-  Simulation simulation(device(), scene, plan);
-  const auto start = std::chrono::steady_clock::now();
-  const Recording recording = simulation.run({&member, 1}, 600)[0];
-  EXPECT_EQ(recording.outcome, Outcome::done) << recording.reason;
-  std::printf("%s, dx %.2f: %.2f s, set-up %.2f s\n", model.c_str(), dx,
-              std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(),
-              recording.setup_s);
-  std::vector<double> result;
-  for (size_t p = 0; p < points.size(); ++p)
-    result.push_back(static_cast<double>(recording.features[recording.features.size() - points.size() + p]));
-  return result;
-}
-
 TEST(ReactionEikonal, NiedererSlabAtOneMillimetre) {
   // The monodomain equation of this program, converged: configs/niederer.yaml with grid.dx_mm 0.05
   // (time.dt_ms 0.005) and 0.025 (0.01, with substeps below that) on an H200, extrapolated with order 2. At
@@ -286,7 +459,10 @@ TEST(ReactionEikonal, NiedererSlabAtOneMillimetre) {
   // is 1.6.
   const double converged[] = {1.22, 26.38, 31.60, 41.28, 8.24, 27.81, 32.82, 42.28, 19.54};
   constexpr double published_far_corner = 42.75, published_tolerance = 1;  // Niederer et al. 2011, converged
-  const std::vector<double> activation = slab_activation("ten_tusscher_panfilov", 1, 60);
+  const Strip slab = niederer_slab("ten_tusscher_panfilov", 1);
+  const Recording recording = slab.run({slab.member()})[0];
+  std::printf("%.2f s, of which set-up %.2f s\n", recording.wall_s, recording.setup_s);
+  const std::vector<double> activation = at_probes(slab.scene, recording);
   for (size_t p = 0; p < activation.size(); ++p) {
     std::printf("p%zu: %.2f ms, converged monodomain %.2f, %+.2f\n", p + 1, activation[p], converged[p],
                 activation[p] - converged[p]);
