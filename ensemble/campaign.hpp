@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "ensemble/places.hpp"
 #include "solver/scene.hpp"
 
 namespace cohort {
@@ -26,6 +27,9 @@ struct SampledParameter {
   Distribution distribution;
 };
 
+/// Members of one campaign, whose parameters the host holds in memory.
+inline constexpr std::int64_t most_members = 10'000'000;
+
 enum class Method { sobol, latin_hypercube, grid, monte_carlo, csv };
 
 /// A campaign file, read and checked.
@@ -43,6 +47,7 @@ struct Campaign {
   int members_per_device = 0;  ///< 0: chosen by size
   double memory_limit_GB = 0;  ///< 0: what the device has
   std::string store;           ///< path of the HDF5 file
+  Places places;               ///< where what it holds stands in the file
   std::string text;            ///< the file, verbatim, with --set applied as trailing comment lines
   std::string sha256;          ///< of what determines the results (canonical_text), not of `text`
 };

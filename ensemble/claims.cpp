@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
@@ -89,6 +90,22 @@ void Claims::release(std::int64_t member) {
 }
 bool Claims::is_claimed_elsewhere(std::int64_t member) const {
   return locked_elsewhere(file_, member);
+}
+
+int Claims::kills(std::int64_t member) const {
+  std::uint8_t count = 0;  // also beyond the end of the file
+  while (pread(file_, &count, 1, member) < 0 && errno == EINTR) {
+  }
+  return count;
+}
+void Claims::count_kill(std::int64_t member) noexcept {
+  const auto count = static_cast<std::uint8_t>(std::min(kills(member) + 1, 255));
+  while (pwrite(file_, &count, 1, member) < 0 && errno == EINTR) {
+  }
+}
+void Claims::forget_kills() noexcept {
+  while (ftruncate(file_, 0) != 0 && errno == EINTR) {
+  }
 }
 
 int Claims::claim_performance_slot(int preferred, int slots) {

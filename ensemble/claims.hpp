@@ -7,7 +7,8 @@ namespace cohort {
 
 /// Who works on which member: a lock on one byte of the side file `<store>.claims` for each member. The locks
 /// belong to an open file description (F_OFD_SETLK, fcntl(2)), so the kernel releases those of a process that
-/// dies, however it dies. The file holds no data and must not be removed while a process works on the store.
+/// dies, however it dies. The file holds a byte for each member, the number of times that a process was
+/// killed with it. It must not be removed while a process works on the store.
 class Claims {
  public:
   /// Opens or creates the side file of `store`. Throws std::runtime_error naming the file where it cannot be
@@ -28,6 +29,13 @@ class Claims {
   void release(std::int64_t member);
   /// Whether another process has the member.
   bool is_claimed_elsewhere(std::int64_t member) const;
+
+  /// How often a process died at work on the member without a word (SIGKILL); at most 255 are counted.
+  int kills(std::int64_t member) const;
+  /// Adds one; by the holder of the member. A disk that refuses it costs a count, no more.
+  void count_kill(std::int64_t member) noexcept;
+  /// Of all members: the store is a new one.
+  void forget_kills() noexcept;
 
   /// Takes one of `slots` rows of /performance, starting at `preferred`; -1 where all are taken.
   int claim_performance_slot(int preferred, int slots);

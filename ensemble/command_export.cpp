@@ -1,6 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <stdexcept>
 
 #include "ensemble/choose_device.hpp"
@@ -14,13 +15,18 @@ namespace cohort {
 
 namespace {
 
+/// vtk names its folder after the store: heart_vtk for heart.h5; NAME_vtk is the folder.
+bool is_vtk(const std::string& kind) {
+  return kind == "vtk" || kind.ends_with("_vtk");
+}
+
 void check_kinds(const std::vector<std::string>& kinds) {
   for (const std::string& kind : kinds)
-    if (kind != "vtk" && !is_nifti_name(kind))
-      throw std::runtime_error(
-          fmt::format("--export {}: unknown; vtk writes the fields of a member, a name that "
-                      "ends in .nii or .nii.gz its heart as labels",
-                      kind));
+    if (!is_vtk(kind) && !is_nifti_name(kind))
+      throw std::runtime_error(fmt::format(
+          "--export {}: unknown; vtk, or a folder's name that ends in _vtk, writes the fields of a "
+          "member, a file's name that ends in .nii or .nii.gz its heart as labels",
+          kind));
 }
 
 void export_labels(const std::string& file, Device& device, const Campaign& campaign, const Member& member,
@@ -47,13 +53,18 @@ ExitCode command_export(const CampaignOptions& options) {
   share_cores({});
   Device device(choose_device(options.device, {}));
   for (const std::string& kind : options.exports)
-    if (is_nifti_name(kind)) export_labels(kind, device, campaign, member, options.export_spacing_mm);
-  if (std::find(options.exports.begin(), options.exports.end(), "vtk") == options.exports.end())
-    return ExitCode::done;
+    if (is_nifti_name(kind))
+      told_in_place(campaign,
+                    [&] { export_labels(kind, device, campaign, member, options.export_spacing_mm); });
+  const auto vtk = std::find_if(options.exports.begin(), options.exports.end(), is_vtk);
+  if (vtk == options.exports.end()) return ExitCode::done;
+  const std::filesystem::path folder =
+      *vtk == "vtk" ? std::filesystem::path(campaign.store).replace_extension().string() + "_vtk" : *vtk;
   PlanOptions plan_options;
   plan_options.members_per_device = 1;
-  const Plan plan = make_plan(device, campaign.scene, {&member, 1}, plan_options);
-  export_vtk({campaign, member, device, plan}, options.export_every_ms);
+  Plan plan;
+  told_in_place(campaign, [&] { plan = make_plan(device, campaign.scene, {&member, 1}, plan_options); });
+  export_vtk({campaign, member, device, plan}, folder, options.export_every_ms);
   return ExitCode::done;
 }
 

@@ -6,6 +6,7 @@
 
 #include "ensemble/commands.hpp"
 #include "ensemble/config.hpp"
+#include "ensemble/key_reference.hpp"
 #include "ensemble/table.hpp"
 
 namespace cohort {
@@ -61,6 +62,11 @@ ExitCode command_parameters(const CampaignOptions& options) {
                fmt::format("[{}, {}]", parameter.lower, parameter.upper),
                parameter.structural ? "never" : "may be", parameter.meaning, parameter.source});
   std::fputs(table.text().c_str(), stdout);
+  return ExitCode::done;
+}
+
+ExitCode command_keys() {
+  std::fputs(key_reference().c_str(), stdout);
   return ExitCode::done;
 }
 

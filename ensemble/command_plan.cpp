@@ -49,7 +49,8 @@ ExitCode command_plan(const CampaignOptions& options) {
   const Campaign campaign = read_campaign(options.file, options.overrides);
   share_cores({});
   Device device(choose_device(options.device, {}));
-  const Plan plan = plan_campaign(device, campaign, members(campaign));
+  Plan plan;
+  told_in_place(campaign, [&] { plan = plan_campaign(device, campaign, members(campaign)); });
   fmt::print("{}\n{}\n", module_table(plan), size_table(plan, campaign, device.info()));
   for (const std::string& line : conduction_lines(plan)) fmt::print("{}\n", line);
   return ExitCode::done;

@@ -178,8 +178,10 @@ ExitCode command_run(const CampaignOptions& options) {
   Plan plan;
   std::optional<Simulation> simulation;
   ranks.agree([&] {
-    plan = plan_campaign(*device, campaign, all);
-    simulation.emplace(*device, campaign.scene, plan);
+    told_in_place(campaign, [&] {
+      plan = plan_campaign(*device, campaign, all);
+      simulation.emplace(*device, campaign.scene, plan);
+    });
   });
   if (ranks.first()) {
     spdlog::info("{} members, {} tissue cells, {} steps of {} ms, {} at a time on each device",

@@ -34,5 +34,7 @@ ExitCode command_export(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
 ExitCode command_parameters(const CampaignOptions& options);
 ExitCode command_devices();
+/// Prints configs/keys.md.
+ExitCode command_keys();
 
 }  // namespace cohort

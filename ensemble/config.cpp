@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 #include "ensemble/config_sections.hpp"
 #include "ensemble/identity.hpp"
@@ -46,23 +47,115 @@ void refuse_set_of_sampled(Node* scene, Node* outputs, const Campaign& campaign,
                mistakes);
 }
 
+/// The value below `node` that `path` leads to, or null.
+Node* find_level(Node& node, const std::string& path) {
+  Node* level = &node;
+  std::istringstream keys(path);
+  for (std::string key; level && std::getline(keys, key, '.');) level = level->find(key);
+  return level;
+}
+
 /// Declares the parameters that the structure holds; what a `sound` structure lacks is a mistake of the
-/// scene, what one with mistakes lacks follows from those.
-bool declare(Scene& scene, bool sound, const Place& place, Mistakes& mistakes) {
+/// file, of what it names or else of the scene at `place`; what one with mistakes lacks follows from those.
+bool declare(Scene& scene, bool sound, const Places& places, const Place& place, Mistakes& mistakes) {
   try {
     declare_parameters(scene);
     return true;
   } catch (const std::invalid_argument& error) {
-    if (sound) mistakes.add(place, error.what());
+    if (sound)
+      mistakes.add(place_named(places, scene.parameters, error.what()).value_or(place), error.what());
     return false;
   }
+}
+
+/// Where the geometry has mistakes: marks as read what depends on it, so that nothing is told that follows
+/// from them, and returns these levels. With a simple geometry in its place all other numbers can be checked.
+std::vector<std::string> put_geometry_aside(Node& node, Scene& scene) {
+  Scene other = scene;
+  other.geometry = scene.geometry == GeometryKind::shapes ? GeometryKind::box : GeometryKind::heart;
+  other.labels.reset();
+  other.shapes.clear();
+  other.regions.clear();
+  other.region_cell_models.clear();
+  other.heterogeneity = {};
+  other.parameters = {};
+  scene = std::move(other);
+  std::vector<std::string> levels = {"geometry", "electrophysiology.regions",
+                                     "electrophysiology.heterogeneity"};
+  for (const std::string& model : cell_models())
+    if (model != scene.cell_model) levels.push_back("electrophysiology." + model);
+  for (const std::string& level : levels)
+    if (Node* aside = find_level(node, level)) aside->read = true;
+  return levels;
 }
 
 /// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
 void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
   scene.ecg.emplace();
-  if (declare(scene, false, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
+  if (declare(scene, false, {}, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
   torso.read = true;
+}
+
+/// The structure keys that the reader has looked for at and below `node`.
+void gather_known(const Node& node, std::set<std::string>& keys) {
+  for (const std::string& key : node.known) keys.insert(node.path.empty() ? key : node.path + "." + key);
+  for (const Node::Entry& entry : node.entries) gather_known(entry.value, keys);
+}
+
+/// The campaign that the tree holds; complete only where there are no mistakes.
+Campaign read_root(Node& root, const std::string& text, const std::string& file,
+                   const std::vector<std::string>& overrides, Mistakes& mistakes) {
+  Campaign campaign;
+  if (root.kind == Node::Kind::null && !mistakes.empty()) return campaign;
+  if (root.kind == Node::Kind::null)
+    mistakes.add({file, 1, 1}, "the file is empty; a campaign needs scene and outputs");
+  else if (root.kind != Node::Kind::map)
+    mistakes.add(root.place, "a campaign file is a map of keys (scene, outputs, ...), " + found(root));
+  if (root.kind != Node::Kind::map) return campaign;
+  for (size_t i = 0; i < overrides.size(); ++i)
+    apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
+
+  name_levels(root, "");
+  Node* scene = require_map(root, "scene", mistakes);
+  Node* outputs = require_map(root, "outputs", mistakes);
+  Node* parameters = take_map(root, "parameters", mistakes);
+  Node* section = take_map(root, "campaign", mistakes);
+  Node* store = take(root, "store");
+  check_keys(root, {}, mistakes);
+  if (scene) {
+    name_levels(*scene, "");
+    scene->name = "scene";
+  }
+  gather_places(root, campaign.places);
+
+  const size_t before = mistakes.size();
+  read_structure(scene, outputs, file, campaign.scene, mistakes);
+  const bool sound = mistakes.size() == before;
+  std::string points;
+  if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
+    check_unused_torso(*torso, campaign.scene, mistakes);
+  const Place& place = scene ? scene->place : root.place;
+  std::vector<std::string> aside;
+  bool declared = declare(campaign.scene, sound, campaign.places, place, mistakes);
+  if (!declared && scene) {
+    aside = put_geometry_aside(*scene, campaign.scene);
+    declared = declare(campaign.scene, false, campaign.places, place, mistakes);
+  }
+  if (declared) {
+    if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);
+    if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);
+    if (parameters) read_sampled(*parameters, aside, campaign, mistakes);
+    points = read_campaign_section(section, file, aside.empty(), campaign, mistakes);
+    refuse_set_of_sampled(scene, outputs, campaign, mistakes);
+  }
+
+  campaign.store = std::filesystem::path(file).stem().string() + ".h5";
+  if (store) campaign.store = read_text(*store, "store", mistakes).value_or("");
+  if (!mistakes.empty()) return campaign;
+
+  campaign.text = with_overrides(text, overrides) + points;
+  campaign.sha256 = sha256(canonical_text(campaign));
+  return campaign;
 }
 
 }  // namespace
@@ -85,55 +178,19 @@ Campaign read_campaign(const std::string& file, const std::vector<std::string>& 
 Campaign parse_campaign(const std::string& text, const std::string& file,
                         const std::vector<std::string>& overrides) {
   Mistakes mistakes;
-  const auto stop_on_mistakes = [&] {
-    if (!mistakes.empty()) throw ConfigError(mistakes.lines());
-  };
-
   Node root = parse_document(text, file, mistakes);
-  if (root.kind == Node::Kind::null && !mistakes.empty()) stop_on_mistakes();
-  if (root.kind == Node::Kind::null)
-    mistakes.add({file, 1, 1}, "the file is empty; a campaign needs scene and outputs");
-  else if (root.kind != Node::Kind::map)
-    mistakes.add(root.place, "a campaign file is a map of keys (scene, outputs, ...), " + found(root));
-  if (root.kind != Node::Kind::map) stop_on_mistakes();
-  for (size_t i = 0; i < overrides.size(); ++i)
-    apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
-
-  name_levels(root, "");
-  Campaign campaign;
-  Node* scene = require_map(root, "scene", mistakes);
-  Node* outputs = require_map(root, "outputs", mistakes);
-  Node* parameters = take_map(root, "parameters", mistakes);
-  Node* section = take_map(root, "campaign", mistakes);
-  Node* store = take(root, "store");
-  check_keys(root, {}, mistakes);
-  if (scene) {
-    name_levels(*scene, "");
-    scene->name = "scene";
-  }
-
-  const size_t before = mistakes.size();
-  read_structure(scene, outputs, file, campaign.scene, mistakes);
-  const bool sound = mistakes.size() == before;
-  std::string points;
-  if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
-    check_unused_torso(*torso, campaign.scene, mistakes);
-  const bool declared = declare(campaign.scene, sound, scene ? scene->place : root.place, mistakes);
-  if (declared) {
-    if (scene) read_parameters(*scene, campaign.scene.parameters, mistakes);
-    if (outputs) read_parameters(*outputs, campaign.scene.parameters, mistakes);
-    if (parameters) read_sampled(*parameters, campaign, mistakes);
-    points = read_campaign_section(section, file, campaign, mistakes);
-    refuse_set_of_sampled(scene, outputs, campaign, mistakes);
-  }
-
-  campaign.store = std::filesystem::path(file).stem().string() + ".h5";
-  if (store) campaign.store = read_text(*store, "store", mistakes).value_or("");
-  stop_on_mistakes();
-
-  campaign.text = with_overrides(text, overrides) + points;
-  campaign.sha256 = sha256(canonical_text(campaign));
+  Campaign campaign = read_root(root, text, file, overrides, mistakes);
+  if (!mistakes.empty()) throw ConfigError(mistakes.lines());
   return campaign;
+}
+
+std::set<std::string> keys_looked_for(const std::string& text, const std::string& file) {
+  Mistakes mistakes;
+  Node root = parse_document(text, file, mistakes);
+  read_root(root, text, file, {}, mistakes);
+  std::set<std::string> keys;
+  gather_known(root, keys);
+  return keys;
 }
 
 }  // namespace cohort

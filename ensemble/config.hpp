@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,6 +36,10 @@ Campaign read_campaign(const std::string& file, const std::vector<std::string>& 
 /// relate to.
 Campaign parse_campaign(const std::string& text, const std::string& file,
                         const std::vector<std::string>& overrides = {});
+
+/// Paths of the keys that are structure (everything but parameters) and that the reader looks for on the
+/// levels that stand in `text`, sound or not.
+std::set<std::string> keys_looked_for(const std::string& text, const std::string& file);
 
 /// Contents of a campaign file. Throws ConfigError if it cannot be read.
 std::string read_campaign_file(const std::string& file);

@@ -44,14 +44,13 @@ void read_count(Node& map, const std::string& key, std::int64_t least, int& valu
 }
 
 void read_members(Node& node, Campaign& campaign, Mistakes& mistakes) {
-  constexpr std::int64_t most = 10'000'000;
   const auto count = read_whole(node, node.path, 1, mistakes);
-  if (count.value_or(0) > most)
+  if (count.value_or(0) > most_members)
     mistakes.add(
         node.place,
         fmt::format("{} is {}; at most {} (the host holds every member's parameters in memory); split "
                     "the campaign",
-                    node.path, *count, most));
+                    node.path, *count, most_members));
   else
     campaign.members = count.value_or(1);
 }
@@ -91,7 +90,7 @@ std::string read_points(Node* points, Node* members, const Place& place, const s
 
 }  // namespace
 
-std::string read_campaign_section(Node* map, const std::string& file, Campaign& campaign,
+std::string read_campaign_section(Node* map, const std::string& file, bool complete, Campaign& campaign,
                                   Mistakes& mistakes) {
   Node empty;
   empty.kind = Node::Kind::map;
@@ -118,6 +117,7 @@ std::string read_campaign_section(Node* map, const std::string& file, Campaign& 
 
   Node* points = take(section, "points");
   check_keys(section, {}, mistakes);
+  if (campaign.method == Method::csv && !complete) return {};
   if (campaign.method == Method::csv)
     return read_points(points, members, section.place, file, campaign, mistakes);
   if (points) mistakes.add(points->place, "campaign.points belongs to method csv; set \"method: csv\"");

@@ -153,10 +153,12 @@ std::string no_such_parameter(const std::string& path, const Scene& scene) {
 
 }  // namespace
 
-void read_sampled(Node& map, Campaign& campaign, Mistakes& mistakes) {
+void read_sampled(Node& map, const std::vector<std::string>& aside, Campaign& campaign, Mistakes& mistakes) {
   const ParameterTable& table = campaign.scene.parameters;
   for (Node::Entry& entry : map.entries) {
     const int index = table.find(entry.key);
+    const auto holds_it = [&](const std::string& level) { return entry.key.starts_with(level + "."); };
+    if (std::any_of(aside.begin(), aside.end(), holds_it)) continue;
     if (index < 0) {
       mistakes.add(entry.place, no_such_parameter(entry.key, campaign.scene));
       continue;

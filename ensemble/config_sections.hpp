@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "ensemble/campaign.hpp"
 #include "ensemble/document.hpp"
@@ -33,11 +34,14 @@ void read_conduction_system(Node& node, Scene& scene, Mistakes& mistakes);
 /// structure nor a parameter.
 void read_parameters(Node& map, ParameterTable& table, Mistakes& mistakes);
 
-/// Reads `parameters`: the distribution of each sampled parameter.
-void read_sampled(Node& map, Campaign& campaign, Mistakes& mistakes);
+/// Reads `parameters`: the distribution of each sampled parameter, but for those below the levels `aside`,
+/// which the table lacks because of other mistakes.
+void read_sampled(Node& map, const std::vector<std::string>& aside, Campaign& campaign, Mistakes& mistakes);
 
 /// Reads `campaign`: how many members, how they are sampled, within what limits. `map` may be null.
+/// `complete`: whether the table has every parameter of the scene; else the points are not looked at.
 /// Returns the line that the points add to the campaign's text, or nothing.
-std::string read_campaign_section(Node* map, const std::string& file, Campaign& campaign, Mistakes& mistakes);
+std::string read_campaign_section(Node* map, const std::string& file, bool complete, Campaign& campaign,
+                                  Mistakes& mistakes);
 
 }  // namespace cohort

@@ -299,6 +299,7 @@ bool create_store(const fs::path& path, const Schema& schema, Claims& claims) {
     throw cannot_create(path, error.what());
   }
   temporary.reserve(temporary.size());
+  claims.forget_kills();
   temporary.rename_to_store();
   return true;
 }

@@ -27,9 +27,9 @@ std::vector<std::string_view> split(std::string_view line) {
   }
 }
 
-class Mistakes {
+class LineMistakes {
  public:
-  explicit Mistakes(std::string file) : file_(std::move(file)) {}
+  explicit LineMistakes(std::string file) : file_(std::move(file)) {}
   void add(std::size_t line, const std::string& what) {
     if (++count_ > 20) return;
     text_ += fmt::format("{}{}:{}: {}", text_.empty() ? "" : "\n", file_, line, what);
@@ -45,7 +45,7 @@ class Mistakes {
 };
 
 void read_header(CsvPoints& points, const std::vector<std::string_view>& cells, std::size_t line,
-                 const ParameterTable& parameters, Mistakes& mistakes) {
+                 const ParameterTable& parameters, LineMistakes& mistakes) {
   for (const auto cell : cells) {
     const std::string path(cell);
     const int index = parameters.find(path);
@@ -60,7 +60,7 @@ void read_header(CsvPoints& points, const std::vector<std::string_view>& cells, 
 }
 
 void read_row(CsvPoints& points, const std::vector<std::string_view>& cells, std::size_t line,
-              const ParameterTable& parameters, Mistakes& mistakes) {
+              const ParameterTable& parameters, LineMistakes& mistakes) {
   if (cells.size() != points.paths.size()) {
     mistakes.add(line, std::to_string(cells.size()) + " values for " + std::to_string(points.paths.size()) +
                            " parameters");
@@ -83,10 +83,11 @@ void read_row(CsvPoints& points, const std::vector<std::string_view>& cells, std
 
 }  // namespace
 
-CsvPoints read_csv_points(const std::filesystem::path& file, const ParameterTable& parameters) {
+CsvPoints read_csv_points(const std::filesystem::path& file, const ParameterTable& parameters,
+                          std::size_t most_rows) {
   std::ifstream in(file);
   if (!in) throw std::invalid_argument(file.string() + ": cannot be read");
-  Mistakes mistakes(file.string());
+  LineMistakes mistakes(file.string());
   CsvPoints points;
   std::string text;
   for (std::size_t line = 1; std::getline(in, text); ++line) {
@@ -95,8 +96,15 @@ CsvPoints read_csv_points(const std::filesystem::path& file, const ParameterTabl
     const auto cells = split(content);
     if (points.paths.empty())
       read_header(points, cells, line, parameters, mistakes);
-    else
+    else if (points.rows < most_rows)
       read_row(points, cells, line, parameters, mistakes);
+    else {
+      mistakes.add(line,
+                   fmt::format("more than {} rows (the host holds every member's parameters in memory); "
+                               "split the campaign",
+                               most_rows));
+      break;
+    }
   }
   if (points.paths.empty()) mistakes.add(1, "a header of parameter paths is missing");
   mistakes.raise();

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/parameters.hpp"
+#include "ensemble/campaign.hpp"
 
 namespace cohort {
 
@@ -19,7 +19,8 @@ struct CsvPoints {
 
 /// Reads and checks a file of points against the parameters of a scene: every path exists, may be sampled and
 /// occurs once; every value is a number in its range. Throws std::invalid_argument with one line "file:line:
-/// mistake" for each mistake (the first 20).
-CsvPoints read_csv_points(const std::filesystem::path& file, const ParameterTable& parameters);
+/// mistake" for each mistake (the first 20), and where there are more rows than `most_rows`.
+CsvPoints read_csv_points(const std::filesystem::path& file, const ParameterTable& parameters,
+                          std::size_t most_rows = most_members);
 
 }  // namespace cohort

@@ -61,9 +61,7 @@ void write_tissue(const Box& box, const Scene& scene, std::span<const float> act
 
 }  // namespace
 
-void export_vtk(const ExportedMember& exported, double every_ms) {
-  const std::filesystem::path folder =
-      std::filesystem::path(exported.campaign.store).replace_extension().string() + "_vtk";
+void export_vtk(const ExportedMember& exported, const std::filesystem::path& folder, double every_ms) {
   std::filesystem::create_directories(folder);
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     // An earlier export with more snapshots must not mix with this one.

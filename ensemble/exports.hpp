@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+
 #include "ensemble/campaign.hpp"
 #include "solver/simulation.hpp"
 
@@ -13,11 +15,10 @@ struct ExportedMember {
   const Plan& plan;  ///< for this member
 };
 
-/// Simulates the member and writes its fields for ParaView into a folder named after the store: heart_vtk for
-/// heart.h5. tissue.vti: activation, region, fraction, fibres; potential.pvd and potential_*.vti: the
-/// potential every `every_ms` (0: none), a multiple of the sampling interval. The scene must ask for
-/// activation times. Throws std::runtime_error where the member fails or files cannot be written,
-/// std::invalid_argument for the interval.
-void export_vtk(const ExportedMember& exported, double every_ms);
+/// Simulates the member and writes its fields for ParaView into `folder`. tissue.vti: activation, region,
+/// fraction, fibres; potential.pvd and potential_*.vti: the potential every `every_ms` (0: none), a multiple
+/// of the sampling interval. The scene must ask for activation times. Throws std::runtime_error where the
+/// member fails or files cannot be written, std::invalid_argument for the interval.
+void export_vtk(const ExportedMember& exported, const std::filesystem::path& folder, double every_ms);
 
 }  // namespace cohort

@@ -60,8 +60,8 @@ int main(int argc, char** argv) {
   CLI::Option* exported =
       run->add_option(
              "--export", options.exports,
-             "instead of running the campaign, write one member: vtk, its fields for ParaView; FILE.nii or "
-             "FILE.nii.gz, its heart as a map of labels; repeatable")
+             "instead of running the campaign, write one member: vtk or FOLDER_vtk, its fields for ParaView; "
+             "FILE.nii or FILE.nii.gz, its heart as a map of labels; repeatable")
           ->expected(1)
           ->take_all();
   run->add_option("--member", options.export_member, "the member that --export writes; 0 unless given")
@@ -97,6 +97,9 @@ int main(int argc, char** argv) {
       app.add_subcommand("parameters", "every parameter with unit, value, range and source");
   add_campaign_options(*parameters, options, false);
   parameters->callback([&] { chosen = [&] { return command_parameters(options); }; });
+
+  CLI::App* keys = app.add_subcommand("keys", "every key of a campaign file, as a page of Markdown");
+  keys->callback([&] { chosen = [] { return command_keys(); }; });
 
   CLI::App* devices =
       app.add_subcommand("devices", "every OpenCL device with its memory and measured bandwidth");

@@ -14,6 +14,9 @@ namespace cohort {
 namespace {
 
 constexpr std::size_t culprits_of_a_broken_device = 3;
+// A process is killed by its job's limits or its user far more often than by its member: so many kills are
+// needed to blame the member; from the second on it is tried alone.
+constexpr int kills_to_blame = 5, kills_to_suspect = 2;
 constexpr auto poll = std::chrono::milliseconds(100);
 
 struct Claimed {
@@ -117,6 +120,29 @@ class Worker {
     return retried && may_try_again(store_.account(id));
   }
 
+  /// A member that is "running" and was free to claim: the process that ran it was killed. True where that
+  /// has happened so often that the member has ended with it.
+  bool given_up_after_kill(std::int64_t id, Account account) {
+    claims_.count_kill(id);
+    const int kills = claims_.kills(id);
+    spdlog::warn("rank {}: the process that ran member {} was killed (time {} for this member)",
+                 options_.rank, id, kills);
+    if (kills < std::max(kills_to_blame, options_.retries + 1)) {
+      store_.set_status(id, Status::queued);  // counted
+      return false;
+    }
+    Recording recording;
+    recording.outcome = Outcome::failed;
+    recording.reason = fmt::format(
+        "the process that ran it was killed {} times: out of memory, or a limit of the job?", kills);
+    account.attempts = std::max(account.attempts, kills);
+    account.rank = options_.rank;
+    account.device = options_.device;
+    const RowImage row = store_.prepare(id, samples_, recording, account);
+    store_.commit({&row, 1});
+    return true;
+  }
+
   /// Up to members_per_device members that are open; of those running, the ones without a living process. A
   /// suspect comes alone.
   std::vector<Claimed> claim() {
@@ -129,7 +155,11 @@ class Worker {
       // Only now is the row ours: another process may have ended it since we looked.
       const auto status = store_.status(member.id);
       auto account = store_.account(member.id);
-      const bool suspect = account.crashes > 0;
+      if (status == Status::running && given_up_after_kill(member.id, account)) {
+        release(member.id);
+        continue;
+      }
+      const bool suspect = account.crashes > 0 || claims_.kills(member.id) >= kills_to_suspect;
       if (!is_open(member.id, status) || (suspect && !batch.empty())) {
         release(member.id);
         continue;

@@ -4,11 +4,8 @@
 
 namespace cohort {
 
-namespace {
-
-// Why the values of a member give some region no velocity; empty where all have one.
-std::string without_velocity(const Scene& scene, std::span<const double> values) {
-  const RegionParameters regions = region_parameters(scene);
+std::string EikonalActivation::without_velocity(const Scene& scene, const RegionParameters& regions,
+                                                std::span<const double> values) {
   for (size_t r = 0; r < scene.regions.size(); ++r) {
     if (regions.slot[r] < 0) continue;
     const auto first =
@@ -20,8 +17,6 @@ std::string without_velocity(const Scene& scene, std::span<const double> values)
   }
   return {};
 }
-
-}  // namespace
 
 EikonalActivation::EikonalActivation(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                                      int members_per_batch)
@@ -40,9 +35,6 @@ std::string EikonalActivation::refusal(const Scene& scene) {
   if (!scene.stimuli.empty())
     return "activation: eikonal starts at the nodes of the conduction system; stimuli have no effect beside "
            "it";
-  std::vector<double> values = scene.parameters.values();
-  scene.parameters.resolve(values);
-  if (const std::string why = without_velocity(scene, values); !why.empty()) return why;
   if (activation_fields(scene) > 1)
     return "activation: eikonal knows one beat, and outputs.activation asks for beats";
   return {};
@@ -67,8 +59,10 @@ void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& paramet
             parameters, tissue.member_of, tissue.region, speed_, tissue.stride);
   network_.assemble(tissue, parameters, speed_, members);
   defects_ = network_.missing();
+  const RegionParameters regions = region_parameters(scene_);
   for (size_t m = 0; m < members.size(); ++m)
-    if (const std::string why = without_velocity(scene_, members[m].values); !why.empty()) defects_[m] = why;
+    if (const std::string why = without_velocity(scene_, regions, members[m].values); !why.empty())
+      defects_[m] = why;
   const Eikonal::Sheet sheet = network_.sheet();
   eikonal_.solve(tissue, speed_, &sheet, nullptr, network_.sources());
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/conduction_system.hpp"
+#include "solver/electrophysiology.hpp"
 
 namespace cohort {
 
@@ -25,8 +26,11 @@ class EikonalActivation {
   /// Why member m cannot be activated; empty when it can.
   const std::string& defect(std::size_t m) const { return defects_[m]; }
 
-  /// Why this method cannot activate the scene; empty when it can.
+  /// Why this method cannot activate the scene, whatever its velocities; empty when it can.
   static std::string refusal(const Scene& scene);
+  /// Why the values of a member give some region no velocity; empty where all have one.
+  static std::string without_velocity(const Scene& scene, const RegionParameters& regions,
+                                      std::span<const double> values);
   static std::size_t bytes(std::int64_t stride, Precision precision);
 
  private:

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
-#include <map>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -14,6 +13,7 @@
 #include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
 #include "solver/reaction_eikonal.hpp"
 #include "solver/recorder.hpp"
@@ -44,12 +44,29 @@ bool one_front(const Scene& scene, std::span<const double> values) {
   return true;
 }
 
-// Why the scene has no ECG without a time loop; empty where it can.
-std::string projection_refusal(const Scene& scene) {
+// Members that eikonal cannot activate: their number, and why the first of them.
+std::pair<std::size_t, std::string> without_velocity(const Scene& scene, std::span<const Member> members) {
+  const RegionParameters regions = region_parameters(scene);
+  std::pair<std::size_t, std::string> result;
+  for (const Member& member : members) {
+    std::string why = EikonalActivation::without_velocity(scene, regions, member.values);
+    if (!why.empty() && result.first++ == 0) result.second = std::move(why);
+  }
+  return result;
+}
+
+// Why the scene has no ECG without a time loop; empty where it can. A velocity that is sampled need not stand
+// in the scene.
+std::string projection_refusal(const Scene& scene, const Member& base, std::span<const Member> members) {
   if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
     return "activation: eikonal keeps no potentials, which outputs.ecg.method: forward needs";
-  const std::string why = EikonalActivation::refusal(scene);
-  return why.empty() ? TemplateEcg::refusal(scene) : why;
+  std::string why = EikonalActivation::refusal(scene);
+  if (why.empty()) why = TemplateEcg::refusal(scene);
+  if (!why.empty()) return why;
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  const auto [number, reason] = without_velocity(scene, all);
+  const bool asked_for = scene.activation_method == ActivationMethod::eikonal;
+  return number == 0 || (asked_for && number < all.size()) ? std::string() : reason;
 }
 
 // Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
@@ -69,7 +86,7 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
   // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
   // for, templates give them at a small part of the cost.
   if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
-    const std::string why = projection_refusal(scene);
+    const std::string why = projection_refusal(scene, base, members);
     plan.activation = why.empty() ? ActivationMethod::eikonal : ActivationMethod::reaction_eikonal;
     plan.activation_reason =
         why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
@@ -79,12 +96,22 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
       spdlog::warn(
           "conductivity_longitudinal_mS_per_mm and conductivity_transverse_mS_per_mm have no effect: eikonal "
           "takes velocities; electrophysiology.activation: reaction_eikonal takes both");
+    // A velocity that is 0 in the scene is sampled: the first member that has one stands for all.
     const RegionParameters regions = region_parameters(scene);
+    const auto has = [&](const Member& member) {
+      return EikonalActivation::without_velocity(scene, regions, member.values).empty();
+    };
+    const auto sampled = has(base) ? members.end() : std::find_if(members.begin(), members.end(), has);
+    const Member& shown = sampled == members.end() ? base : *sampled;
+    const std::string whose = &shown == &base ? "" : " of member " + std::to_string(shown.id);
+    if (const std::size_t number = without_velocity(scene, members).first; number > 0)
+      spdlog::warn("{} of {} members have no conduction velocity in some region and will be rejected", number,
+                   members.size());
     for (size_t r = 0; r < scene.regions.size(); ++r) {
       if (regions.slot[r] < 0) continue;
       const auto first =
-          base.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
-      plan.conduction.push_back({scene.regions[r].name, first[0], first[1], 0, 0});
+          shown.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
+      plan.conduction.push_back({scene.regions[r].name + whose, first[0], first[1], 0, 0});
     }
     return;
   }
@@ -112,7 +139,8 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
            arrivals && front.given_across > 0 ? front.given_across : front.across_mm_per_ms,
            front.width_along_mm, front.width_across_mm});
   };
-  if (plan.activation == ActivationMethod::reaction_eikonal && projection_refusal(scene).empty())
+  if (plan.activation == ActivationMethod::reaction_eikonal &&
+      projection_refusal(scene, base, members).empty())
     plan.activation_reason += "; eikonal would give these outputs without a time loop";
   // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
   // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
@@ -162,21 +190,6 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
         "equation conducts by its conductivities; electrophysiology.activation: reaction_eikonal takes them");
 }
 
-// What is odd about the protocol, and for how many members; about the scene's own values where there are
-// none.
-void warn_of_protocol(const Scene& scene, std::span<const Member> members, const Member& base) {
-  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
-  std::map<std::string, std::size_t> warnings;
-  for (const Member& member : all)
-    for (const std::string& warning : stimulus_warnings(scene, member.values)) ++warnings[warning];
-  for (const auto& [warning, count] : warnings) {
-    if (count == all.size())
-      spdlog::warn("{}", warning);
-    else
-      spdlog::warn("{}, in {} of {} members", warning, count, all.size());
-  }
-}
-
 // Layers that cross in every member are a mistake of the scene; those of some members are rejected with them.
 void check_layers(const Scene& scene, std::span<const Member> members, const Member& base) {
   const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
@@ -191,32 +204,29 @@ void check_layers(const Scene& scene, std::span<const Member> members, const Mem
   if (crossing > 0) spdlog::warn("{}, in {} of {} members: they will be rejected", why, crossing, all.size());
 }
 
-void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base) {
-  if (!scene.activation) return;
-  for (const std::string& probe : scene.activation->probes)
-    if (!nearest_cell(tissue, 0, probe_point(scene, probe, base.values)))
-      spdlog::warn(
-          "probe \"{}\" lies outside the tissue of the scene's own values: what it reads is undefined",
-          probe);
-}
-
 }  // namespace
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
   check_given_step(scene);
+  // The scene's own member: its tissue and its steps.
+  Member base{0, scene.parameters.values()};
+  scene.parameters.resolve(base.values);
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
   const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
   if (forward && scene.torso == TorsoKind::unbounded)
     throw std::invalid_argument(
         "outputs.ecg.method: forward needs a torso with a skin, not an unbounded one");
   if (scene.activation_method == ActivationMethod::eikonal)
-    if (const std::string why = projection_refusal(scene); !why.empty())
+    if (const std::string why = projection_refusal(scene, base, members); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
   if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
-        "electrophysiology.conduction_system: its fast layer and delay act through arrival times; set "
-        "activation: eikonal or reaction_eikonal");
+        "electrophysiology.conduction_system: its fast layer and delay act through arrival times, which the "
+        "monodomain and bidomain equations do not have; set activation: reaction_eikonal (or eikonal), or "
+        "leave "
+        "the system out and pace with stimuli: {NAME: {site: sinoatrial_node}}, whose wave reaches the "
+        "ventricles through region conduction_path");
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
@@ -228,9 +238,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   refuse_beyond(Tissue::bytes(grid, 1, 0, scene.precision), limit,
                 "the grid of " + std::to_string(grid.size()) + " cells");
 
-  // The scene's own member: its tissue and its steps.
-  Member base{0, scene.parameters.values()};
-  scene.parameters.resolve(base.values);
   const Definitions definitions = scene_definitions(scene, grid);
   Launcher launcher(device, scene.precision);
   const std::vector<std::byte> packed = pack(base.values, scene.precision);
@@ -373,6 +380,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, 1);
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
+  warn_of_stimuli(scene, monodomain);
   const TimeSteps steps =
       choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
   const double bound = 2 / monodomain.fastest_rate()[0];

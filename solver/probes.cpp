@@ -39,6 +39,15 @@ std::optional<std::size_t> nearest_cell(const Tissue& tissue, std::size_t m,
   return result;
 }
 
+std::vector<std::string> probes_outside(const Scene& scene, const Tissue& tissue, std::size_t m,
+                                        std::span<const double> values) {
+  std::vector<std::string> outside;
+  if (!scene.activation) return outside;
+  for (const std::string& probe : scene.activation->probes)
+    if (!nearest_cell(tissue, m, probe_point(scene, probe, values))) outside.push_back(probe);
+  return outside;
+}
+
 Probes::Probes(Launcher& launcher, const Scene& scene, const Definitions& definitions, int members_per_batch,
                int samples)
     : launcher_(launcher), scene_(scene), samples_(samples) {

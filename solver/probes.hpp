@@ -18,6 +18,10 @@ std::array<double, 3> probe_point(const Scene& scene, const std::string& probe,
 std::optional<std::size_t> nearest_cell(const Tissue& tissue, std::size_t m,
                                         const std::array<double, 3>& point);
 
+/// Names of the probes that lie outside the tissue of member m, whose parameters are `values`.
+std::vector<std::string> probes_outside(const Scene& scene, const Tissue& tissue, std::size_t m,
+                                        std::span<const double> values);
+
 /// Records the potential at the scene's probes, sample by sample, on the device.
 class Probes {
  public:

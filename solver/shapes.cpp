@@ -95,7 +95,7 @@ const Shape& wall(const Scene& scene, const Region& region) {
   while (shape->kind != Kind::shell && shape->kind != Kind::subtract) {
     if (is_primitive(shape->kind))
       throw std::invalid_argument(
-          "region \"" + region.name + "\" has transmural fibres, but shape \"" + region.shape +
+          "geometry.regions." + region.name + " has transmural fibres, but shape \"" + region.shape +
           "\" is no wall: a shell, or a subtract of the inner from the outer surface");
     shape = &find(scene, shape->operands.front());
   }
@@ -391,8 +391,8 @@ Extent shapes_extent(const Scene& scene, std::span<const double> values) {
     const Extent part = extent(scene, find(scene, region.shape), values);
     for (size_t i = 0; i < 3; ++i)
       if (!std::isfinite(part.lower[i]) || !std::isfinite(part.upper[i]))
-        throw std::invalid_argument("region \"" + region.name +
-                                    "\" has no bounds: nothing cuts its half-space");
+        throw std::invalid_argument("geometry.regions." + region.name +
+                                    " has no bounds: nothing cuts its half-space");
     box = hull(box, part);
   }
   return box;

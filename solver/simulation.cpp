@@ -155,6 +155,8 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       reject(recordings[m], reason);
       continue;
     }
+    for (const std::string& probe : probes_outside(s.scene, s.tissue, m, members[m].values))
+      spdlog::warn("member {}: probe \"{}\" lies outside the tissue and reads NaN", members[m].id, probe);
     if (s.eikonal) continue;
     auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.steps == steps; });
     if (group == groups.end()) group = groups.insert(groups.end(), Group{steps, {}, {}});

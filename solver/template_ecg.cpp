@@ -54,12 +54,12 @@ std::string TemplateEcg::refusal(const Scene& scene) {
   const CellModels models(scene);
   for (const CellModel& model : models.all())
     if (scene.heterogeneity.parameters == std::vector{model.parameters[static_cast<size_t>(model.rest)].path})
-      return "action potential templates need one resting potential in a region";
+      return "activation: eikonal takes action potential templates, which need one resting potential in a "
+             "region";
   if (scene.heterogeneity.parameters.size() <= 1) return {};
-  return "action potential templates are tabulated over one cell parameter that varies through walls, and "
-         "here are " +
-         std::to_string(scene.heterogeneity.parameters.size()) +
-         "; electrophysiology.activation: reaction_eikonal takes any number";
+  return "activation: eikonal takes action potential templates, which are tabulated over one cell parameter "
+         "that varies through walls, and here are " +
+         std::to_string(scene.heterogeneity.parameters.size()) + "; reaction_eikonal takes any number";
 }
 
 TemplateEcg::Columns TemplateEcg::columns_of(const Scene& scene) {

@@ -55,8 +55,9 @@ def files_for_the_program(folder):
     for file in files:
         lines = file.read_text().splitlines()
         expected = [line.removeprefix("# expect: ") for line in lines if line.startswith("# expect: ")]
+        overrides = [part for line in lines if line.startswith("# set: ") for part in ("--set", line.removeprefix("# set: "))]
         for command in ("plan", "run"):
-            result = cohort(folder, command, str(file), *(["--store", "refused.h5"] if command == "run" else []))
+            result = cohort(folder, command, str(file), *overrides, *(["--store", "refused.h5"] if command == "run" else []))
             expect(f"{command} {file.name}", result, 1, *expected)
             if (folder / "refused.h5").exists():
                 expect(f"{command} {file.name} leaves no store", result, None)
@@ -172,6 +173,25 @@ def label_maps(folder):
     expect("the store of another image", cohort(folder, "run", labels), 1, "another campaign")
 
 
+def outside_the_tissue(folder):
+    """A stimulus or a probe that no tissue holds is told by the plan, and of each member that runs."""
+    small = write(folder, "small.yaml", SMALL % 1)
+    stimulus = ["--set", "stimuli={pace: {shape: sphere, centre_mm: [%d, 2, 2], radius_mm: 1.5}}"]
+    probe = ["--set", "outputs={activation: {probes: {here_mm: [%d, 2, 2]}}}"]
+    inside = [text.replace("%d", "3") for text in stimulus + probe]
+    result = cohort(folder, "plan", small, *inside)
+    expect("a stimulus and a probe in the tissue", result, 0)
+    if "outside" in result.stderr:
+        expect("no warning of what lies inside", result, None)
+    outside = [text.replace("%d", "50") for text in stimulus + probe]
+    of_stimulus, of_probe = 'stimulus "pace" lies outside the tissue', 'probe "here" lies outside the tissue'
+    expect("a plan of a stimulus and a probe outside", cohort(folder, "plan", small, *outside), 0, of_stimulus, of_probe)
+    expect("a run of them", cohort(folder, "run", small, *outside), 2, of_stimulus, of_probe, 'stimulus "pace" reaches no tissue')
+    expect("a run of a probe outside", cohort(folder, "run", small, *[text.replace("%d", "3") for text in stimulus],
+                                              *[text.replace("%d", "50") for text in probe], "--store", "b.h5"), 0,
+           f"member 0: {of_probe} and reads NaN")
+
+
 def ranks(folder):
     """All ranks end alike, and the mistake is told once."""
     bad = write(folder, "bad.yaml", (SMALL % 1).replace("dx_mm", "dx_nm"))
@@ -183,7 +203,7 @@ def ranks(folder):
 
 
 with tempfile.TemporaryDirectory() as temporary:
-    for number, group in enumerate((files_for_the_program, stores, a_write_error, devices, command_line, label_maps, ranks)):
+    for number, group in enumerate((files_for_the_program, stores, a_write_error, devices, command_line, label_maps, outside_the_tissue, ranks)):
         place = pathlib.Path(temporary) / str(number)
         place.mkdir()
         group(place)

@@ -54,6 +54,25 @@ TEST_F(ClaimsTest, TheKernelReleasesWhatAKilledProcessHeld) {
   EXPECT_TRUE(claims.try_claim(3));
 }
 
+TEST_F(ClaimsTest, KillsAreCountedAndForgottenWithTheStore) {
+  Claims a(store_);
+  EXPECT_EQ(a.kills(0), 0);
+  a.count_kill(1000);
+  a.count_kill(1000);
+  a.count_kill(3);
+  EXPECT_TRUE(a.try_claim(1000));
+  const Claims b(store_);
+  EXPECT_EQ(b.kills(1000), 2);
+  EXPECT_EQ(b.kills(3), 1);
+  EXPECT_EQ(b.kills(999), 0);
+  EXPECT_EQ(b.kills(1001), 0);
+  for (int i = 0; i < 300; ++i) a.count_kill(3);
+  EXPECT_EQ(b.kills(3), 255);
+  a.forget_kills();
+  EXPECT_EQ(b.kills(1000), 0);
+  EXPECT_TRUE(b.is_claimed_elsewhere(1000));
+}
+
 TEST_F(ClaimsTest, PerformanceSlotsAreTakenOnce) {
   Claims a(store_), b(store_);
   EXPECT_EQ(a.claim_performance_slot(1, 2), 1);

@@ -6,7 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "ensemble/csv_points.hpp"
 #include "ensemble/identity.hpp"
+#include "ensemble/places.hpp"
 #include "ensemble/sha256.hpp"
 #include "ensemble/suggest.hpp"
 
@@ -174,6 +176,35 @@ TEST(Config, SetReachesAVectorAndItsComponents) {
   EXPECT_EQ(value(campaign, "stimuli.corner.upper_mm.z"), 4);
 }
 
+/// What the program tells of an exception with `message` once the campaign has been read.
+std::string told(const Campaign& campaign, const std::string& message) {
+  try {
+    cohort::told_in_place(campaign, [&] { throw std::invalid_argument(message); });
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(Config, WhatIsRefusedLaterIsToldAtItsPlace) {
+  const Campaign campaign = parse_campaign(heart, "heart.yaml", {"time.end_ms=5"});
+  const auto expect = [&](const std::string& message, const std::string& place) {
+    EXPECT_EQ(told(campaign, message), place + message);
+  };
+  expect("grid.dx_mm is too coarse", "heart.yaml:4:17: ");
+  expect("outputs.ecg.method: forward needs grid.dx_mm", "heart.yaml:4:17: ");
+  expect("no time.end_ms.", "--set:1: ");
+  // At its default: the level that it would stand in.
+  expect("outputs.ecg is short; torso.heart.roll_deg is odd", "heart.yaml:5:11: ");
+  expect("geometry.heart.rv_wall_mm is thin", "heart.yaml:3:14: ");
+  // Sampled: where its distribution stands.
+  expect("geometry.heart.lv_wall_mm is thin", "heart.yaml:7:3: ");
+  // Nothing of the file is named.
+  expect("too little device memory: 3.5 bytes", "");
+  expect("/tmp/grid.dx_mm/geometry.heart/time.end_ms: cannot be read", "");
+  expect("time is short", "");
+}
+
 TEST(Config, TextIsTheFileAndItsOverrides) {
   const Campaign campaign =
       parse_campaign(heart, "heart.yaml", {"grid.dx_mm=2", "store=a.h5", "campaign.seed=8"});
@@ -279,6 +310,23 @@ TEST(Config, ReadsEveryFileOfConfigs) {
 }
 
 // The examples of FIPS 180-4 that NIST publishes with intermediate values, and the empty message.
+TEST(CsvPoints, MoreRowsThanACampaignHoldsAreRefused) {
+  const Campaign campaign = parse_campaign(slab, "slab.yaml");
+  const std::string file = (std::filesystem::path(testing::TempDir()) / "many_rows.csv").string();
+  std::ofstream(file) << "stimuli.corner.start_ms\n1\n2\n# not a row\n3\n\n";
+  EXPECT_EQ(cohort::read_csv_points(file, campaign.scene.parameters, 3).rows, 3u);
+  EXPECT_EQ(cohort::read_csv_points(file, campaign.scene.parameters).rows, 3u);
+  try {
+    cohort::read_csv_points(file, campaign.scene.parameters, 2);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(error.what(), file +
+                                ":5: more than 2 rows (the host holds every member's parameters in memory); "
+                                "split the campaign");
+  }
+  std::filesystem::remove(file);
+}
+
 TEST(Sha256, EqualsThePublishedDigests) {
   EXPECT_EQ(cohort::sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(cohort::sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

@@ -483,6 +483,39 @@ TEST(TemplateEcg, RejectsMembersWithoutVelocityOrActionPotential) {
   }
 }
 
+// A velocity that the scene leaves to the members: those that have one run.
+TEST(EikonalActivation, TakesVelocitiesThatAreSampledOnly) {
+  const std::string path = "electrophysiology.velocity_longitudinal_mm_per_ms";
+  const auto without_velocity = [&](ActivationMethod method) {
+    Scene scene = coarse_heart();
+    scene.activation_method = method;
+    declare(scene);
+    scene.parameters[scene.parameters.index(path)].value = 0;
+    return scene;
+  };
+  const auto planned = [&](const Scene& scene, double first, double second) {
+    const std::vector<Member> members = {member(scene, 0, {{path, first}}),
+                                         member(scene, 1, {{path, second}})};
+    return make_plan(device(), scene, members, {});
+  };
+  const Scene scene = without_velocity(ActivationMethod::eikonal);
+  EXPECT_THROW(make_plan(device(), scene, {}, {}), std::invalid_argument);
+  EXPECT_THROW(planned(scene, 0, 0), std::invalid_argument);
+  EXPECT_EQ(planned(scene, 0.5, 0.7).activation, ActivationMethod::eikonal);
+  const Plan plan = planned(scene, 0, 0.7);
+  EXPECT_EQ(plan.conduction.front().region, scene.regions.front().name + " of member 1");
+  EXPECT_EQ(plan.conduction.front().along_mm_per_ms, 0.7);
+  const std::vector<Recording> recordings =
+      run(scene, {member(scene, 0, {{path, 0}}), member(scene, 1, {{path, 0.7}})}, 2);
+  EXPECT_EQ(recordings[0].outcome, Outcome::rejected);
+  EXPECT_EQ(recordings[1].outcome, Outcome::done) << recordings[1].reason;
+
+  const Scene open = without_velocity(ActivationMethod::automatic);
+  EXPECT_EQ(planned(open, 0.5, 0.7).activation, ActivationMethod::eikonal);
+  // Cables give the velocity of a member that has none.
+  EXPECT_EQ(planned(open, 0, 0.7).activation, ActivationMethod::reaction_eikonal);
+}
+
 TEST(TemplateEcg, RefusesWhatItCannotTabulate) {
   Scene scene = coarse_heart();
   scene.heterogeneity.parameters = {"tau_close_ms", "tau_out_ms"};

@@ -4,6 +4,7 @@
 Where Debian's python3-vtk9 is installed, VTK reads the files too.
 """
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -122,6 +123,15 @@ class Export(unittest.TestCase):
                 self.run_cohort("--store", str(target), "--export", "vtk", "--export-every", str(every), check=True)
                 self.assertEqual(len(list(target.with_name("other_vtk").glob("potential_*.vti"))), count)
             self.assertFalse(target.exists(), "an export is no campaign")
+
+    def test_the_folder_is_named_by_the_store_or_by_the_argument(self):
+        with tempfile.TemporaryDirectory() as folder:
+            target = pathlib.Path(folder)
+            for argument, expected in (("vtk", "store_vtk"), (str(target / "mine_vtk"), "mine_vtk")):
+                self.run_cohort("--store", str(target / "store.h5"), "--export", argument, "--export-every", "0", check=True)
+                self.assertEqual([path.name for path in target.iterdir()], [expected])
+                self.assertTrue((target / expected / "tissue.vti").exists())
+                shutil.rmtree(target / expected)
 
     def test_what_cannot_be_exported_is_refused(self):
         for arguments, message in ((("--export", "vtx"), "vtx"), (("--export", "vtk", "--member", "4"), "members 0 to 3"),

@@ -202,11 +202,12 @@ TEST(Shapes, MistakesAreNamed) {
   EXPECT_EQ(message({{"a", Kind::box, {}}}, {{.name = "r", .shape = "b"}}),
             "region \"r\" is filled by shape \"b\", which does not exist");
   EXPECT_EQ(message({{"a", Kind::half_space, {}}}, {{.name = "r", .shape = "a"}}),
-            "region \"r\" has no bounds: nothing cuts its half-space");
-  EXPECT_EQ(message({{"a", Kind::box, {}}},
-                    {{.name = "r", .shape = "a", .excitable = true, .fibres = Region::Fibres::transmural}}),
-            "region \"r\" has transmural fibres, but shape \"a\" is no wall: a shell, or a subtract of the "
-            "inner from the outer surface");
+            "geometry.regions.r has no bounds: nothing cuts its half-space");
+  EXPECT_EQ(
+      message({{"a", Kind::box, {}}},
+              {{.name = "r", .shape = "a", .excitable = true, .fibres = Region::Fibres::transmural}}),
+      "geometry.regions.r has transmural fibres, but shape \"a\" is no wall: a shell, or a subtract of the "
+      "inner from the outer surface");
 }
 
 TEST(Box, FillsWhatItsSizesSay) {

@@ -206,6 +206,51 @@ TEST_F(WorkerTest, ACrashCostsOnlyTheMemberThatCrashes) {
   EXPECT_EQ(store.account(9).attempts, 1);
 }
 
+// SIGKILL leaves no last will: the next process finds the member running and unclaimed.
+TEST_F(WorkerTest, AMemberThatGetsItsProcessKilledIsGivenUp) {
+  const auto run = [&](std::span<const Member> batch, double timeout) {
+    for (const auto& member : batch)
+      if (member.id == 9) raise(SIGKILL);
+    return fake::run(layout_)(batch, timeout);
+  };
+  const auto kills = [&] {
+    int count = 0;
+    for (int status = -1; status != 0 && count < 20; count += status != 0) {
+      status = work_apart(run);
+      EXPECT_TRUE(status == 0 || (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)) << status;
+    }
+    return count;
+  };
+  EXPECT_EQ(kills(), 5);  // twice among four, three times alone
+  auto all = expected();
+  all[9] = Status::failed;
+  {
+    const Store store(path_);
+    EXPECT_EQ(store.statuses(), all);
+    EXPECT_EQ(store.reason(9),
+              "the process that ran it was killed 5 times: out of memory, or a limit of the job?");
+    EXPECT_TRUE(store.row_is_intact(9));
+    EXPECT_EQ(store.account(9).attempts, 5);
+    EXPECT_EQ(store.account(8).attempts, 1);
+  }
+  EXPECT_EQ(kills(), 0);  // it stays ended
+  options_.retries = 7;
+  EXPECT_EQ(kills(), 3);  // eight in all
+  EXPECT_EQ(Store(path_).statuses(), all);
+}
+
+TEST_F(WorkerTest, ProcessesThatAreKilledFromOutsideCostNoMember) {
+  int calls = 0;
+  const auto run = [&](std::span<const Member> batch, double timeout) {
+    if (++calls > 1) raise(SIGKILL);  // in a process of its own: each ends one batch
+    return fake::run(layout_)(batch, timeout);
+  };
+  int kills = 0;
+  for (int status = -1; status != 0 && kills < 50; kills += status != 0) status = work_apart(run);
+  EXPECT_GE(kills, 4);
+  EXPECT_EQ(Store(path_).statuses(), expected());
+}
+
 TEST_F(WorkerTest, AHangCostsOnlyTheMemberThatHangs) {
   options_.hang_after = milliseconds(200);
   const auto run = [&](std::span<const Member> batch, double timeout) {
