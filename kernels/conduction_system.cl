@@ -12,22 +12,23 @@
 #define REACH R(1.0)  // in dx
 
 // sheet (stride): LEFT_SHEET, RIGHT_SHEET (with the septum's right side) or 0; speed (stride) mm/ms; depth (stride) ms, the
-// wave's way across fibres from the endocardium to the cell. coordinates (4, stride): transmural, apico-basal, angle, distance
+// wave's way across fibres from the endocardium to the cell; distances (stride) mm, a copy. coordinates (4, stride): transmural, apico-basal, angle, distance
 // from the nearest endocardium; velocity (2, stride) along and across fibres, mm/ms.
 kernel void fast_layer(global const real *restrict parameters, global const ushort *restrict member_of,
                        global const uchar *restrict tissue_region_of, global const real *restrict coordinates,
                        global const real *restrict velocity, global uchar *restrict sheet, global real *restrict speed,
-                       global real *restrict depth, const int stride, const real dx) {
+                       global real *restrict depth, global real *restrict distances, const int stride, const real dx) {
   const int i = get_global_id(0), region = tissue_region_of[i];
   global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
-  const real distance = coordinates[i + 3 * (size_t)stride], across = velocity[i + (size_t)stride];
+  const real distance = coordinates[i + 3 * (size_t)stride], along = velocity[i], across = velocity[i + (size_t)stride];
   int id = 0;
-  if ((region == REGION_lv || region == REGION_rv) && fabs(distance) <= REACH * dx && across > 0) {
+  if ((region == REGION_lv || region == REGION_rv) && fabs(distance) <= REACH * dx && along > 0 && across > 0) {
     const bool left = region == REGION_lv && coordinates[i] <= R(0.5);
     const real top = left ? SYSTEM(lv_fast_layer_height) : SYSTEM(rv_fast_layer_height);
     if (coordinates[i + (size_t)stride] <= top) id = left ? LEFT_SHEET : RIGHT_SHEET;
   }
   sheet[i] = (uchar)id;
+  distances[i] = distance;
   speed[i] = SYSTEM(fast_layer_velocity_mm_per_ms);
   depth[i] = id != 0 ? fmax(distance, R(0.0)) / across : R(1e9);
 }

@@ -59,6 +59,36 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
   if (with_sheet) in_sheet[i] = same_sheet;
 }
 
+// Metric of a sheet, (6, stride), ms^2: steps along the surface count in full, steps across it a quarter, G = (I - n n^T + n n^T / 16) / v^2,
+// so that a set of cells that follows an inclined surface in stairs conducts at v. n: gradient of the distance (stride), mm,
+// over all tissue.
+kernel void eikonal_sheet_metric(global const int *restrict first_cell, global const int *restrict place,
+                                 global const uchar *restrict region, global const uchar *restrict sheet,
+                                 global const real *restrict distance, global const real *restrict speed,
+                                 global real *restrict metric, const real dx,
+                                 const int stride, const int grid_cells) {
+  const int i = get_global_id(0);
+  real n[3] = {0, 0, 0};
+  if (sheet[i] != 0) {
+    const int cell = first_cell[i / LANES] + i % LANES, step[3] = {1, NX, NX * NY};
+    for (int a = 0; a < 3; ++a) {
+      int below = clamp(cell - step[a], 0, grid_cells - 1), above = clamp(cell + step[a], 0, grid_cells - 1);
+      below = LANES * place[below / LANES] + below % LANES;
+      above = LANES * place[above / LANES] + above % LANES;
+      if (region[below] == NO_REGION) below = i;
+      if (region[above] == NO_REGION) above = i;
+      n[a] = (distance[above] - distance[below]) / (above != i && below != i ? 2 * dx : dx);
+    }
+  }
+  // Shorter than 1 where a neighbour is missing: then as much less.
+  const real length2 = fmax(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], R(1.0)), full = dx * dx / (speed[i] * speed[i]);
+  const real less = full * (R(1.0) / 16 - 1) / length2;
+  for (int a = 0; a < 3; ++a) metric[i + a * (size_t)stride] = full + less * n[a] * n[a];
+  metric[i + 3 * (size_t)stride] = less * n[0] * n[1];
+  metric[i + 4 * (size_t)stride] = less * n[0] * n[2];
+  metric[i + 5 * (size_t)stride] = less * n[1] * n[2];
+}
+
 // Metric G dx^2 of each cell, (6, stride) xx yy zz xy xz yz, ms^2; where a speed is not positive the cell conducts nothing.
 kernel void eikonal_metric(global const real *restrict fibre, global const real *restrict speed,
                            global const uchar *restrict region, global real *restrict metric, global int *restrict linked,
@@ -225,9 +255,17 @@ kernel void eikonal_fire(global const int *restrict cell_of, global const int *r
   const int cell = cell_of[c];
   real earliest = UNREACHED;
   for (int k = first[c]; k < first[c + 1]; ++k) earliest = fmin(earliest, fired[k]);
-  if (region[cell] == NO_REGION || !(earliest < T[cell])) return;
-  T[cell] = T_other[cell] = earliest;
-  if (with_sheet && sheet[cell] != 0) T[cell + (size_t)stride] = T_other[cell + (size_t)stride] = earliest;
+  if (region[cell] == NO_REGION) return;
+  bool earlier = earliest < T[cell];
+  if (earlier) T[cell] = T_other[cell] = earliest;
+  if (with_sheet && sheet[cell] != 0) {
+    const size_t there = cell + (size_t)stride;  // the muscle's wave may have come first, not the sheet's
+    if (earliest < T[there]) {
+      T[there] = T_other[there] = earliest;
+      earlier = true;
+    }
+  }
+  if (!earlier) return;
   changed[cell / LANES] = mark;
   *last_change = mark + 1;
 }
@@ -350,34 +388,6 @@ inline realv arrival(const realv *t, realv best, realv xx, realv yy, realv zz, r
   return best;
 }
 
-// The same within a sheet: vertices and edges; G = N I.
-inline realv arrival_in_sheet(const realv *t, realv best, realv N) {
-  const realv two = 2 * N, I = 1 / N, I2 = R(0.5) * I, none = 0;
-  VERTICES(OX, N)
-  VERTICES(OY, N)
-  VERTICES(OZ, N)
-  VERTICES(OX + OY, two)
-  VERTICES(OX - OY, two)
-  VERTICES(OX + OZ, two)
-  VERTICES(OX - OZ, two)
-  VERTICES(OY + OZ, two)
-  VERTICES(OY - OZ, two)
-  VERTICES(OX + OY + OZ, 3 * N)
-  VERTICES(OX + OY - OZ, 3 * N)
-  VERTICES(OX - OY + OZ, 3 * N)
-  VERTICES(OX - OY - OZ, 3 * N)
-  EDGES_AB(OX, OY, N, none, N, I)
-  EDGES_AB(OY, OX, N, none, N, I)
-  EDGES_AB(OX, OZ, N, none, N, I)
-  EDGES_AB(OZ, OX, N, none, N, I)
-  EDGES_AB(OY, OZ, N, none, N, I)
-  EDGES_AB(OZ, OY, N, none, N, I)
-  DIAGONALS(OX, OY, OZ, two, two, none, none, N, I)
-  DIAGONALS(OX, OZ, OY, two, two, none, none, N, I)
-  DIAGONALS(OY, OZ, OX, two, two, none, none, N, I)
-  return best;
-}
-
 // ---- A sweep ----
 
 #if WIDTH == 1
@@ -421,11 +431,11 @@ inline bool row_changed(global const int *changed, int cell, int mark) {
 // changed anything.
 kernel void eikonal_sweep(global const real *restrict T, global real *restrict T_new, global const real *restrict metric,
                           global const int *restrict linked, global const int *restrict in_sheet,
-                          global const real *restrict sheet_speed, global const real *restrict sheet_depth,
+                          global const real *restrict sheet_metric, global const real *restrict sheet_depth,
                           global const int8 *restrict neighbours,
                           global const int *restrict changed_before, global int *restrict changed,
                           global const real *restrict correction, global int *restrict last_change, const int sweep,
-                          const real dx, const int stride) {
+                          const int stride) {
   const int i = THIS_CELL;
   const Rows r = neighbour_rows(neighbours, i);
   const int mark = sweep - 1;
@@ -450,8 +460,11 @@ kernel void eikonal_sweep(global const real *restrict T, global real *restrict T
   if (ANY(links != 0)) {
     field = T + stride;
     NEIGHBOURS
-    const realv slowness = dx / LOAD(sheet_speed + i), depth = LOAD(sheet_depth + i), old_in_sheet = LOAD(field + i);
-    realv in_sheet_best = fmin(arrival_in_sheet(t, old_in_sheet, slowness * slowness), best + depth);
+    const realv depth = LOAD(sheet_depth + i), old_in_sheet = LOAD(field + i);
+    G = sheet_metric + i;
+    realv in_sheet_best = arrival(t, old_in_sheet, LOAD(G), LOAD(G + (size_t)stride), LOAD(G + 2 * (size_t)stride),
+                                  LOAD(G + 3 * (size_t)stride), LOAD(G + 4 * (size_t)stride), LOAD(G + 5 * (size_t)stride));
+    in_sheet_best = fmin(in_sheet_best, best + depth);
     best = fmin(best, in_sheet_best + depth);
     const realv least = fma((realv)(ROUNDING), fabs(old_in_sheet), (realv)(ROUNDING));
     const intv earlier = isless(in_sheet_best, old_in_sheet - least);

@@ -165,14 +165,15 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
     sheet_id_ = launcher_.device().allocate(n);
     sheet_speed_ = launcher_.device().allocate(n * real);
     sheet_depth_ = launcher_.device().allocate(n * real);
+    sheet_distance_ = launcher_.device().allocate(n * real);
   }
   cl::CommandQueue& queue = launcher_.queue();
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double dx = tissue.grid().dx_mm;
   launcher_(sheet_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (2 + 6 * static_cast<double>(real)), parameters, tissue.member_of,
-            tissue.region, tissue.coordinates, velocity, sheet_id_, sheet_speed_, sheet_depth_, tissue.stride,
-            Real{dx});
+            tissue.region, tissue.coordinates, velocity, sheet_id_, sheet_speed_, sheet_depth_,
+            sheet_distance_, tissue.stride, Real{dx});
 
   std::vector<std::vector<Target>> wanted;
   std::vector<double> numbers;

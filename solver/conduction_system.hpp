@@ -35,14 +35,14 @@ class ConductionNetwork {
   void assemble(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& velocity,
                 std::span<const Member> members);
 
-  Eikonal::Sheet sheet() const { return {sheet_id_, sheet_speed_, sheet_depth_}; }
+  Eikonal::Sheet sheet() const { return {sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_}; }
   /// Of all members; the sites that found no cell are left out.
   const std::vector<Eikonal::Source>& sources() const { return sources_; }
   /// By member: what found no cell, empty where all did.
   const std::vector<std::string>& missing() const { return missing_; }
 
   static std::size_t bytes(std::int64_t stride, Precision precision) {
-    constexpr std::size_t of_sheet = 4;  // speed, depth, and Eikonal's two more fields
+    constexpr std::size_t of_sheet = 11;  // distance, speed, depth; Eikonal's metric and times
     return static_cast<std::size_t>(stride) * (1 + of_sheet * real_bytes(precision));
   }
 
@@ -53,7 +53,7 @@ class ConductionNetwork {
   Launcher& launcher_;
   const Scene& scene_;
   int members_per_batch_, targets_, capacity_ = 0;
-  cl::Buffer sheet_id_, sheet_speed_, sheet_depth_, target_block_, cells_, member_range_;
+  cl::Buffer sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, member_range_;
   std::vector<Eikonal::Source> sources_;
   std::vector<std::string> missing_;
   Launcher::Handle sheet_kernel_, nearest_;

@@ -22,6 +22,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   const std::string width = "WIDTH=" + std::to_string(width_);
   const cl::Program program = definitions.build(device, {"segments.clh", "eikonal.cl"}, {width});
   link_ = launcher.handle(program, "eikonal_link");
+  sheet_metric_kernel_ = launcher.handle(program, "eikonal_sheet_metric");
   metric_kernel_ = launcher.handle(program, "eikonal_metric");
   start_kernel_ = launcher.handle(program, "eikonal_start");
   trigger_kernel_ = launcher.handle(program, "eikonal_trigger");
@@ -53,6 +54,7 @@ void Eikonal::reserve(const Tissue& tissue) {
   const auto cells = static_cast<std::size_t>(capacity_);
   const std::size_t real = real_bytes(precision_);
   for (cl::Buffer& buffer : arrival_) buffer = device.allocate((with_sheet_ ? 2 : 1) * cells * real);
+  if (with_sheet_) sheet_metric_ = device.allocate(6 * cells * real);
   for (cl::Buffer& buffer : changed_) buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int));
   metric_ = device.allocate(6 * cells * real);
   second_ = device.allocate(6 * cells * real);
@@ -110,13 +112,12 @@ void Eikonal::fire(const Tissue& tissue, int mark) {
 
 void Eikonal::sweep(const Tissue& tissue, int number) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  const double dx = tissue.grid().dx_mm;
   launcher_(with_sheet_ ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
             0,  // as many bytes as the wave asks for
             arrival_[current_], arrival_[1 - current_], metric_, linked_, in_sheet_,
-            with_sheet_ ? sheet_speed_ : metric_, with_sheet_ ? sheet_depth_ : metric_, tissue.neighbours,
-            changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_, number, Real{dx},
+            with_sheet_ ? sheet_metric_ : metric_, with_sheet_ ? sheet_depth_ : metric_, tissue.neighbours,
+            changed_[(number - 1) % 2], changed_[number % 2], correction_, last_change_, number,
             tissue.stride);
   current_ = 1 - current_;
 }
@@ -129,7 +130,6 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   triggered_ = std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.trigger >= 0; });
   if (with_sheet_) {
     sheet_id_ = sheet->id;
-    sheet_speed_ = sheet->speed;
     sheet_depth_ = sheet->depth;
   }
   with_initial_ = initial != nullptr;
@@ -142,6 +142,12 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
             with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, linked_, in_sheet_,
             static_cast<int>(tissue.places.size()) * Tissue::lanes);
+  if (with_sheet_)
+    launcher_(sheet_metric_kernel_, global, local,
+              cells * (1 + 9 * static_cast<double>(real_bytes(precision_))), tissue.first_cell, tissue.place,
+              tissue.region, sheet_id_, sheet->distance, sheet->speed, sheet_metric_,
+              Real{tissue.grid().dx_mm}, tissue.stride,
+              static_cast<int>(tissue.places.size()) * Tissue::lanes);
   speed_ = speed;
   build_metric(tissue);
   queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));

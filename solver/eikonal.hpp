@@ -23,10 +23,12 @@ class Eikonal {
     double start_ms;
     int trigger = -1;
   };
-  /// A fast layer, known by the cells about it: id (stride) uchar, 0 outside; speed (stride) real mm/ms,
-  /// isotropic, between cells of one id alone; depth (stride) real ms, the way between cell and layer.
+  /// A fast layer, known by the cells about it: id (stride) uchar, 0 outside; distance (stride)
+  /// real mm, signed, from it; speed (stride) real mm/ms, along it, between cells of one id alone; depth
+  /// (stride) real ms, the way between cell and layer. slow() changes none of these.
   struct Sheet {
     const cl::Buffer& id;
+    const cl::Buffer& distance;
     const cl::Buffer& speed;
     const cl::Buffer& depth;
   };
@@ -52,7 +54,7 @@ class Eikonal {
   /// Sweeps that the last solution took.
   int sweeps() const { return sweeps_; }
 
-  /// Device bytes for `stride` compact cells, without a sheet; with one `2 stride` reals more.
+  /// Device bytes for `stride` compact cells, without a sheet; with one 8 reals more a cell.
   static std::size_t bytes(std::int64_t stride, Precision precision);
 
  private:
@@ -71,12 +73,12 @@ class Eikonal {
   int current_ = 0, sweeps_ = 0;
   int sources_ = 0, source_cells_ = 0;
   bool triggered_ = false, with_sheet_ = false, sheet_capacity_ = false, with_initial_ = false;
-  cl::Buffer sheet_id_, sheet_speed_, sheet_depth_, initial_, speed_;  ///< of the last solve()
-  cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, second_, correction_,
-      last_change_;
+  cl::Buffer sheet_id_, sheet_depth_, initial_, speed_;  ///< of the last solve()
+  cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, sheet_metric_, second_,
+      correction_, last_change_;
   cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;
-  Launcher::Handle link_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_, sheet_sweep_,
-      second_differences_, correction_kernel_, slow_;
+  Launcher::Handle link_, sheet_metric_kernel_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_,
+      sheet_sweep_, second_differences_, correction_kernel_, slow_;
 };
 
 }  // namespace cohort
