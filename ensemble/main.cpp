@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
       ->needs(exported)
       ->check(CLI::NonNegativeNumber & is_number);
   run->add_option("--export-spacing", options.export_spacing_mm,
-                  "mm, edge of an exported label; unless given a quarter of grid.dx_mm, at least about 0.5")
+                  "mm, edge of an exported label; unless given about 0.5, with 2 to 4 labels to a cell's edge")
       ->needs(exported)
       ->check(CLI::Range(0.01, 20.0) & is_number);
   run->callback([&] {

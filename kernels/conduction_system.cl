@@ -1,6 +1,7 @@
-// The fast conduction system of the heart on its compact tissue: the subendocardial (Purkinje) layer as a sheet
-// (eikonal.cl) along the endocardium, known by the cells within REACH of it; and the tissue cells nearest to the nodes and to the early sites. Early sites: Durrer et al., Circulation 41 (1970)
-// 899. Needs segments.clh and -D PARAMETERS, TARGETS, TARGET_NUMBERS, PARAM_electrophysiology_conduction_system_*.
+// The fast conduction system of the heart on its compact tissue: the subendocardial (Purkinje) layer as a sheet (eikonal.cl)
+// along the endocardium, known by the cells within REACH of it; and the tissue cells nearest to the nodes and to the early
+// sites. Early sites: Durrer et al., Circulation 41 (1970) 899. Needs segments.clh and -D PARAMETERS, TARGETS,
+// TARGET_NUMBERS, PARAM_electrophysiology_conduction_system_*.
 #if !defined(TARGETS) || !defined(PARAMETERS) || !defined(TARGET_NUMBERS)
 #error "conduction_system.cl needs TARGETS, TARGET_NUMBERS and PARAMETERS"
 #endif

@@ -20,9 +20,9 @@
 //
 // A sheet is a surface that conducts at an isotropic speed of its own (a Purkinje layer), known by the cells about it, which
 // hold a second time S: when the wave in the sheet passes beside them. S obeys the same local solver between cells of one
-// sheet alone, on edges and triangles with all corners in it, else the wave would jump a thin wall. Wave and sheet excite
-// each other after the way between them: T <= S + depth, S <= T + depth. So neither how thick the set of cells is nor which
-// of them lie in it matters much, as long as it has no holes.
+// sheet alone, with all corners of a triangle in it, else the wave would jump a thin wall. Wave and sheet excite each other
+// after the way between them: T <= S + depth, S <= T + depth. So it matters little how many cells the set has and which lie
+// in it, as long as it has no holes: at least about dx thick.
 //
 // Needs segments.clh. Fields are (stride), T with a sheet (2, stride): T, S; speed (2, stride) along and across fibres, mm/ms;
 // times ms, UNREACHED where the wave has not come. Bit k = (dx+1) + 3 (dy+1) + 9 (dz+1) of `linked` (`in_sheet`): neighbour (dx, dy, dz) is tissue of
@@ -59,8 +59,8 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
   if (with_sheet) in_sheet[i] = same_sheet;
 }
 
-// Metric of a sheet, (6, stride), ms^2: steps along the surface count in full, steps across it a quarter, G = (I - n n^T + n n^T / 16) / v^2,
-// so that a set of cells that follows an inclined surface in stairs conducts at v. n: gradient of the distance (stride), mm,
+// Metric of a sheet, (6, stride), ms^2: steps along the surface count in full, steps across it a quarter,
+// G = dx^2 (I - n n^T + n n^T / 16) / v^2, so that a set of cells that follows an inclined surface in stairs conducts at v. n: gradient of the distance (stride), mm,
 // over all tissue.
 kernel void eikonal_sheet_metric(global const int *restrict first_cell, global const int *restrict place,
                                  global const uchar *restrict region, global const uchar *restrict sheet,

@@ -62,11 +62,10 @@ std::vector<std::uint8_t> sample(Device& device, const Scene& scene, const Membe
 
 LabelImage label_image(Device& device, const Scene& scene, const Member& member, double spacing_mm) {
   const Grid grid = make_grid(scene, {&member, 1});
-  // As fine as keeps the ECG of the heart that is read back (README, "What a heart loses through a label
-  // map").
-  constexpr double fine_mm = 0.5, most_per_cell = 4;
-  double h = spacing_mm > 0 ? spacing_mm
-                            : grid.dx_mm / std::clamp(std::floor(grid.dx_mm / fine_mm), 1.0, most_per_cell);
+  // Fine enough to keep the ECG of the heart that is read back: solver/README.md, "What a heart loses".
+  constexpr double fine_mm = 0.5, least_per_cell = 2, most_per_cell = 4;
+  const double per_cell = std::clamp(std::ceil(grid.dx_mm / fine_mm - 1e-6), least_per_cell, most_per_cell);
+  double h = spacing_mm > 0 ? spacing_mm : grid.dx_mm / per_cell;
   std::array<int, 3> cells;
   std::vector<std::uint8_t> voxels;
   std::vector<std::pair<std::string, Sphere>> sites;

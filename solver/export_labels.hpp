@@ -13,7 +13,8 @@ namespace cohort {
 /// regions from 101; the image's millimetres are the heart's frame. The comment names the labels, other
 /// regions' kinds and the stimulus sites. Faces of voxels lie on multiples of the scene's dx; a label map is
 /// written as it was sampled, with the walls grown, and `spacing_mm` is the nearest to the one asked for that
-/// divides dx. 0: a quarter of dx, or what comes next to 0.5 mm from above.
+/// divides dx. 0: 0.5 mm or what is next to it from below, but 2 to 4
+/// labels to an edge of a cell.
 LabelImage label_image(Device& device, const Scene& scene, const Member& member, double spacing_mm);
 
 }  // namespace cohort

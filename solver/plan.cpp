@@ -191,6 +191,22 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
 }
 
 // Layers that cross in every member are a mistake of the scene; those of some members are rejected with them.
+/// An S2 that every member has and none can get.
+void check_second_stimuli(const Scene& scene, std::span<const Member> members, const Member& base) {
+  if (scene.activation_method != ActivationMethod::reaction_eikonal) return;
+  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
+  for (const Stimulus& stimulus : scene.stimuli) {
+    const std::string path = "stimuli." + stimulus.name + ".s2_interval_ms";
+    const auto place = static_cast<size_t>(scene.parameters.index(path));
+    const auto has = [&](const Member& member) { return member.values[place] > 0; };
+    if (std::all_of(all.begin(), all.end(), has))
+      throw std::invalid_argument(
+          path +
+          ": reaction_eikonal repeats one beat; electrophysiology.activation: monodomain "
+          "paces freely, without a conduction system");
+  }
+}
+
 void check_layers(const Scene& scene, std::span<const Member> members, const Member& base) {
   const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
   std::size_t crossing = 0;
@@ -224,9 +240,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     throw std::invalid_argument(
         "electrophysiology.conduction_system: its fast layer and delay act through arrival times, which the "
         "monodomain and bidomain equations do not have; set activation: reaction_eikonal (or eikonal), or "
-        "leave "
-        "the system out and pace with stimuli: {NAME: {site: sinoatrial_node}}, whose wave reaches the "
+        "leave the system out and pace with stimuli: {NAME: {site: sinoatrial_node}}, whose wave reaches the "
         "ventricles through region conduction_path");
+  check_second_stimuli(scene, members, base);
   Plan plan{};
   const Grid grid = make_grid(scene, members);
   plan.cells = grid.cells;
@@ -246,6 +262,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
   check_layers(scene, members, base);
+  warn_of_labels(scene);
   warn_of_protocol(scene, members, base);
   warn_of_probes(scene, tissue, base);
   plan.tissue_cells = static_cast<std::size_t>(tissue.tissue_cells[0]);

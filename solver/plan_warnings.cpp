@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "solver/labels.hpp"
 #include "solver/probes.hpp"
 #include "solver/stimulus.hpp"
 
@@ -21,6 +22,15 @@ void warn_of_protocol(const Scene& scene, std::span<const Member> members, const
     else
       spdlog::warn("{}, in {} of {} members", warning, count, all.size());
   }
+}
+
+void warn_of_labels(const Scene& scene) {
+  if (!scene.labels || scene.labels->convention != "cohort" || !scene.labels->sites.empty()) return;
+  if (scene.labels->has("ra"))
+    spdlog::warn(
+        "the label map names no sites (the extension of its header, in which exports keep sinoatrial_node "
+        "and "
+        "av_node, is gone): they are found from the labels, and the heart's times shift by some ms");
 }
 
 void warn_of_probes(const Scene& scene, const Tissue& tissue, const Member& base) {

@@ -65,6 +65,32 @@ TEST(SignedDistance, SetAlgebraIsThatOfSets) {
   }
 }
 
+// Wedges of 40, 90 and 150 degrees between half-spaces a <= 0 and b <= 0 with the edge along z: against the
+// nearest of both faces, each ended by the edge.
+TEST(SignedDistance, IntersectionsHaveEdges) {
+  std::vector<Point> points;
+  for (int i = 0; i < 400; ++i) points.push_back({-5 + 0.53 * (i % 20), -5 + 0.51 * (i / 20), 0.3});
+  for (const double wedge : {40.0, 90.0, 150.0}) {
+    const double turn = std::numbers::pi - wedge * std::numbers::pi / 180;  // between the outward normals
+    const double nx = std::cos(turn), ny = std::sin(turn);
+    const std::string c = std::to_string(nx), s = std::to_string(ny);
+    const auto d =
+        distances("sd_intersection_edge(p.x, " + c + "f * p.x + " + s + "f * p.y, " + c + "f)", points);
+    for (size_t i = 0; i < points.size(); ++i) {
+      const double x = points[i][0], y = points[i][1], a = x, b = nx * x + ny * y;
+      double exact;
+      if (a <= 0 && b <= 0) {
+        exact = std::max(a, b);
+      } else {
+        // Along each face, away from the edge.
+        const double along_a = std::min(0.0, y), along_b = std::max(0.0, -ny * x + nx * y);
+        exact = std::min(std::hypot(x, y - along_a), std::hypot(x + ny * along_b, y - nx * along_b));
+      }
+      EXPECT_NEAR(d[i], exact, 1e-4) << wedge << " degrees at " << x << " " << y;
+    }
+  }
+}
+
 TEST(SignedDistance, SmoothUnionBlendsOverItsLength) {
   const auto at = [](const std::string& values) {
     return distances("sd_smooth_union(" + values + ") + 0 * p.x", {{0, 0, 0}})[0];

@@ -332,9 +332,9 @@ TEST(Eikonal, SheetsConductAtTheirSpeedAtAnyInclination) {
                   precision == Precision::double_ ? "double" : "single", towards[0], towards[1], towards[2],
                   least, most, mean);
       EXPECT_GT(cells, 300);
-      EXPECT_NEAR(mean, 1, 0.04);
-      EXPECT_GT(least, 0.95);
-      EXPECT_LT(most, 1.09);
+      EXPECT_NEAR(mean, 1, 0.02);
+      EXPECT_GT(least, 0.99);
+      EXPECT_LT(most, 1.03);
     }
 }
 
