@@ -70,8 +70,9 @@ int main(int argc, char** argv) {
                   "ms between the potentials of --export vtk; 0: activation only")
       ->needs(exported)
       ->check(CLI::NonNegativeNumber & is_number);
-  run->add_option("--export-spacing", options.export_spacing_mm,
-                  "mm, edge of an exported label; unless given about 0.5, with 2 to 4 labels to a cell's edge")
+  run->add_option(
+         "--export-spacing", options.export_spacing_mm,
+         "mm, edge of an exported label; unless given about 0.5, with 2 to 4 labels to a cell's edge")
       ->needs(exported)
       ->check(CLI::Range(0.01, 20.0) & is_number);
   run->callback([&] {

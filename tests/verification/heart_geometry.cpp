@@ -219,7 +219,8 @@ TEST(HeartGeometry, FibresAreNormalToTheTransmuralGradientAtTheRightAngle) {
     }
     const auto& f = cells.fibre[i].s;
     double& cosine = seam ? seam_cosine : largest_cosine;
-    cosine = std::max(cosine, std::abs(double(f[0]) * g[0] + double(f[1]) * g[1] + double(f[2]) * g[2]) / norm);
+    cosine =
+        std::max(cosine, std::abs(double(f[0]) * g[0] + double(f[1]) * g[1] + double(f[2]) * g[2]) / norm);
     // Helix angle: from the direction around z, towards the base.
     const double around = std::hypot(g[0], g[1]);
     const double along = (-g[1] * double(f[0]) + g[0] * double(f[1])) / around;
