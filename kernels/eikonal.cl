@@ -105,11 +105,13 @@ kernel void eikonal_metric(global const real *restrict fibre, global const real 
   metric[i + 5 * (size_t)stride] = less * f[1] * f[2];
 }
 
-// The metric for sqrt(grad T . M grad T) = slowness.
-kernel void eikonal_slow(global const real *restrict slowness, global real *restrict metric, const int stride) {
+// The metric, and the way between cells and sheet, for sqrt(grad T . M grad T) = slowness.
+kernel void eikonal_slow(global const real *restrict slowness, global real *restrict metric, global const real *restrict depth,
+                         global real *restrict slowed_depth, const int with_sheet, const int stride) {
   const int i = get_global_id(0);
-  const real factor = slowness[i] > 0 ? slowness[i] * slowness[i] : 1;
-  for (int c = 0; c < 6; ++c) metric[i + c * (size_t)stride] *= factor;
+  const real slow = slowness[i] > 0 ? slowness[i] : 1;
+  for (int c = 0; c < 6; ++c) metric[i + c * (size_t)stride] *= slow * slow;
+  if (with_sheet) slowed_depth[i] = slow * depth[i];
 }
 
 // T from an initial field (finite and below UNREACHED where the wave starts; nowhere without `with_initial`), and the

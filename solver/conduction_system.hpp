@@ -42,7 +42,7 @@ class ConductionNetwork {
   const std::vector<std::string>& missing() const { return missing_; }
 
   static std::size_t bytes(std::int64_t stride, Precision precision) {
-    constexpr std::size_t of_sheet = 11;  // distance, speed, depth; Eikonal's metric and times
+    constexpr std::size_t of_sheet = 12;  // distance, speed, depth; Eikonal's metric, times and slowed depth
     return static_cast<std::size_t>(stride) * (1 + of_sheet * real_bytes(precision));
   }
 

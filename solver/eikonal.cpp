@@ -54,7 +54,10 @@ void Eikonal::reserve(const Tissue& tissue) {
   const auto cells = static_cast<std::size_t>(capacity_);
   const std::size_t real = real_bytes(precision_);
   for (cl::Buffer& buffer : arrival_) buffer = device.allocate((with_sheet_ ? 2 : 1) * cells * real);
-  if (with_sheet_) sheet_metric_ = device.allocate(6 * cells * real);
+  if (with_sheet_) {
+    sheet_metric_ = device.allocate(6 * cells * real);
+    slowed_depth_ = device.allocate(cells * real);
+  }
   for (cl::Buffer& buffer : changed_) buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int));
   metric_ = device.allocate(6 * cells * real);
   second_ = device.allocate(6 * cells * real);
@@ -167,7 +170,9 @@ void Eikonal::slow(const Tissue& tissue, const cl::Buffer& slowness) {
   build_metric(tissue);
   launcher_(slow_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
             13.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), slowness,
-            metric_, tissue.stride);
+            metric_, with_sheet_ ? sheet_depth_ : metric_, with_sheet_ ? slowed_depth_ : correction_,
+            with_sheet_ ? 1 : 0, tissue.stride);
+  if (with_sheet_) sheet_depth_ = slowed_depth_;
   correct(tissue);
   propagate(tissue);
 }

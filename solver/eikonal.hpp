@@ -25,7 +25,7 @@ class Eikonal {
   };
   /// A fast layer, known by the cells about it: id (stride) uchar, 0 outside; distance (stride)
   /// real mm, signed, from it; speed (stride) real mm/ms, along it, between cells of one id alone; depth
-  /// (stride) real ms, the way between cell and layer. slow() changes none of these.
+  /// (stride) real ms, the way between cell and layer. slow() slows the depth alone.
   struct Sheet {
     const cl::Buffer& id;
     const cl::Buffer& distance;
@@ -54,7 +54,7 @@ class Eikonal {
   /// Sweeps that the last solution took.
   int sweeps() const { return sweeps_; }
 
-  /// Device bytes for `stride` compact cells, without a sheet; with one 8 reals more a cell.
+  /// Device bytes for `stride` compact cells, without a sheet; with one 9 reals more a cell.
   static std::size_t bytes(std::int64_t stride, Precision precision);
 
  private:
@@ -73,7 +73,7 @@ class Eikonal {
   int current_ = 0, sweeps_ = 0;
   int sources_ = 0, source_cells_ = 0;
   bool triggered_ = false, with_sheet_ = false, sheet_capacity_ = false, with_initial_ = false;
-  cl::Buffer sheet_id_, sheet_depth_, initial_, speed_;  ///< of the last solve()
+  cl::Buffer sheet_id_, sheet_depth_, slowed_depth_, initial_, speed_;  ///< of the last solve()
   cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, sheet_metric_, second_,
       correction_, last_change_;
   cl::Buffer trigger_, start_, fired_, source_cell_, first_source_;
