@@ -39,18 +39,29 @@ std::vector<double> action_potential(double tau, double spacing, double length, 
   return potential;
 }
 
+// The series by templates, (samples, leads and one); weights (leads, stride) and arrival (stride) that it is
+// of.
+struct Projection {
+  std::vector<double> series;
+  std::vector<float> weights, arrival;
+};
+
+Projection project(Parts& heart) {
+  LeadWeights weights(heart.launcher, heart.scene, heart.definitions, 1);
+  Diffusion diffusion(heart.launcher, heart.scene, heart.definitions);
+  weights.assemble(heart.tissue, diffusion, heart.parameters, {&heart.one, 1});
+  TemplateEcg templates(heart.launcher, heart.scene, heart.definitions, 1);
+  return {templates.series(heart.tissue, heart.parameters, heart.activation.arrival(), weights.weights(),
+                           {&heart.one, 1}),
+          heart.read<float>(weights.weights(), LeadWeights::leads),
+          heart.read<float>(heart.activation.arrival(), 1)};
+}
+
 TEST(TemplateEcg, EqualsEachCellsOwnActionPotential) {
   Scene scene = coarse_heart();
   declare(scene);
   Parts heart(scene);
-  LeadWeights weights(heart.launcher, scene, heart.definitions, 1);
-  Diffusion diffusion(heart.launcher, scene, heart.definitions);
-  weights.assemble(heart.tissue, diffusion, heart.parameters, {&heart.one, 1});
-  TemplateEcg templates(heart.launcher, scene, heart.definitions, 1);
-  const std::vector<double> series = templates.series(
-      heart.tissue, heart.parameters, heart.activation.arrival(), weights.weights(), {&heart.one, 1});
-  const auto w = heart.read<float>(weights.weights(), LeadWeights::leads);
-  const auto arrival = heart.read<float>(heart.activation.arrival(), 1);
+  const auto [series, w, arrival] = project(heart);
   const std::size_t samples = layout(scene).ecg_ms.size(), quantities = LeadWeights::leads + 1;
   ASSERT_EQ(series.size(), samples * quantities);
 
@@ -113,14 +124,7 @@ TEST(TemplateEcg, QrsBetweenThePhasesOfTheTable) {
     if (scene.parameters.find("electrophysiology.regions." + region + ".resting_mV") >= 0)
       changes.emplace_back("electrophysiology.regions." + region + ".resting_mV", mV);
   Parts heart(scene, changes);
-  LeadWeights weights(heart.launcher, scene, heart.definitions, 1);
-  Diffusion diffusion(heart.launcher, scene, heart.definitions);
-  weights.assemble(heart.tissue, diffusion, heart.parameters, {&heart.one, 1});
-  TemplateEcg templates(heart.launcher, scene, heart.definitions, 1);
-  const std::vector<double> series = templates.series(
-      heart.tissue, heart.parameters, heart.activation.arrival(), weights.weights(), {&heart.one, 1});
-  const auto w = heart.read<float>(weights.weights(), LeadWeights::leads);
-  const auto arrival = heart.read<float>(heart.activation.arrival(), 1);
+  const auto [series, w, arrival] = project(heart);
   const std::size_t samples = layout(scene).ecg_ms.size(), quantities = LeadWeights::leads + 1;
 
   constexpr double interval = 2, spacing = 0.01, foot = 5;
