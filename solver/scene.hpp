@@ -12,7 +12,7 @@ namespace cohort {
 
 class LabelHeart;
 
-enum class GeometryKind { box, shapes, heart, labels };
+enum class GeometryKind { none, box, shapes, heart, labels };  ///< none: no tissue, a circulation alone
 enum class TorsoKind { box, ellipsoid, cylinder, unbounded };
 enum class Precision { single_, double_ };
 /// How the tissue is activated: the monodomain or bidomain equations; arrival times of an eikonal equation
@@ -91,6 +91,54 @@ struct ActivationRequest {          ///< activation times by region and at probe
   bool beats = false;  ///< also counts activations, keeps the latest, and measures APD90 and DI at probes
 };
 
+/// Pressure and volume of all chambers and arteries, and the features of their loops.
+struct PvRequest {};
+
+/// Displacement of material points; their positions are parameters outputs.displacement.points.<name>_mm.
+struct DisplacementRequest {
+  std::vector<std::string> points;
+};
+
+/// The chambers of the heart, in the order of every array of chambers. A chamber is a 3D cavity of the
+/// mechanics where one is so called ("lv", "rv", "la", "ra"), else an elastance of the circulation.
+enum class Chamber { lv, rv, la, ra };
+inline constexpr std::size_t chamber_count = 4;
+inline constexpr const char* chamber_names[chamber_count] = {"lv", "rv", "la", "ra"};
+
+/// What the chambers are joined to; its numbers are circulation.*. closed_loop: systemic and pulmonary
+/// circulation with all four chambers (Regazzoni et al. 2022); windkessel: three elements behind the left
+/// ventricle, which fills from a constant pressure.
+struct Circulation {
+  enum class Kind { closed_loop, windkessel };
+  Kind kind = Kind::closed_loop;
+};
+
+/// Deforming tissue; its numbers are mechanics.*.
+struct Mechanics {
+  /// Blood within the tissue. Geometry `heart`: a chamber's name. `shapes`: any name, and the shape that it
+  /// fills; then, without a circulation, its pressure is mechanics.cavities.<name>.pressure_kPa.
+  struct Cavity {
+    std::string name, shape;
+  };
+  /// Condition on a surface of the tissue: of a shape, or of the heart ("base", "epicardium",
+  /// "lv_endocardium", "rv_endocardium"). normal: the component along the surface's normal alone. Springs and
+  /// dashpots are parallel, kPa/mm and kPa ms/mm: mechanics.boundary.<name>.*.
+  struct Boundary {
+    enum class Kind { clamp, clamp_normal, spring, spring_normal };
+    std::string name, surface;
+    Kind kind;
+  };
+  std::string law = "guccione";  ///< a file of kernels/laws
+  std::string tension;           ///< a file of kernels/tension; empty: passive
+  std::vector<Cavity> cavities;
+  std::vector<Boundary> boundary;
+  bool quasi_static = false;  ///< the equilibrium under the final loads alone, not the way to it
+};
+
+/// Beats of the heart until two that follow each other agree; only the last is recorded. Its numbers are
+/// time.beats.*: until_periodic (largest relative difference of any extremum), at_most, length_ms.
+struct Beats {};
+
 /// What a campaign simulates: the structure that all members share, and the table of every number in it.
 /// Structure is compiled into the kernels; numbers reach them as arguments, a block for each member.
 struct Scene {
@@ -109,6 +157,11 @@ struct Scene {
   Precision precision = Precision::single_;
   std::optional<EcgRequest> ecg;
   std::optional<ActivationRequest> activation;
+  std::optional<PvRequest> pv;
+  std::optional<DisplacementRequest> displacement;
+  std::optional<Mechanics> mechanics;
+  std::optional<Circulation> circulation;
+  std::optional<Beats> beats;
 
   ParameterTable parameters;  ///< filled by declare_parameters
 };
