@@ -1,0 +1,72 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solver/launch.hpp"
+#include "solver/solid_mesh.hpp"
+
+namespace cohort {
+
+/// Deforming tissue of a batch of members on the device: geometry, fields, and the launches of a step
+/// (kernels/solid*.cl). Whoever steps it owns the member's kernel between predict() and move().
+class Solid {
+ public:
+  /// grid: of the mechanics; its definitions (NX, NY, NZ) must be those of `definitions`.
+  Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid, int members);
+
+  /// Geometry, fibres, supports of `members`, whose blocks stand in `parameters`; everything at rest.
+  void build(const cl::Buffer& parameters, std::span<const Member> members);
+  /// Why member m cannot run; empty when it can.
+  const std::string& defect(std::size_t m) const { return mesh_.defects[m]; }
+
+  /// Activation times of the cells in the order of mesh(), ms; negative without.
+  void activate(const std::vector<float>& times);
+  void forces(const cl::Buffer& parameters);
+  void predict();
+  /// Member's kernel for prescribed pressures (members, cavities), kPa.
+  void load(const std::vector<double>& pressures_kPa, Real4 loads, bool measured);
+  void move();
+  void measure(const cl::Buffer& parameters);
+  /// Which of two steps in turn: counts move().
+  int odd() const { return odd_; }
+
+  const SolidMesh& mesh() const { return mesh_; }
+  const Grid& grid() const { return grid_; }
+  /// State of the members (members, state_size), kernels/solid.clh.
+  std::vector<double> state();
+  void set_state(const std::vector<double>& state);
+  /// Field (3, nodes).
+  std::vector<double> displacement();
+  std::vector<double> velocity();
+  void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
+  /// Displacement of the material point X of member m, by trilinear interpolation in its cell or the nearest one.
+  std::array<double, 3> displacement_at(std::size_t m, const std::array<double, 3>& X,
+                                        const std::vector<double>& displacement) const;
+
+  static constexpr int state_size = 24, first_pressure = 16, first_volume = 20;
+  enum Slot { time, step, odd_step, largest_step, damping, load_share, quench, kinetic, residual, smallest_J,
+              largest_speed2, strain_energy, ended, steps_done, halted, since_halt };
+
+ private:
+  void upload(const cl::Buffer& parameters, std::span<const Member> members);
+  void build_supports(std::span<const Member> members);
+  cl::Buffer reals(const std::vector<double>& host);
+  std::vector<double> read(const cl::Buffer& field, std::size_t count);
+
+  Launcher& launcher_;
+  const Scene& scene_;
+  Grid grid_;
+  int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
+  bool wide_;
+  SolidMesh mesh_;
+  int supports_ = 0;
+  cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_, direction_,
+      activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_, position_, lid_,
+      gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
+      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, cavity_forces_, predict_, load_, move_, measure_;
+};
+
+}  // namespace cohort
