@@ -22,14 +22,21 @@ inline Columns deformation(const Modes *m, real3 e) {
   return F;
 }
 
-// Mean over the points of det F.
-inline real mean_volume_ratio(const Modes *m) {
-  real J = 0;
+// Shares of the points' quarters of a cell.
+inline void load_shares(global const real *restrict share, int i, int stride, real *quarter) {
+  for (int g = 0; g < POINTS; ++g) quarter[g] = share[i + (size_t)g * stride];
+}
+
+// Mean over the points of det F, weighted as stress is.
+inline real mean_volume_ratio(const Modes *m, const real *quarter) {
+  real J = 0, all = 0;
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(m, point_offset(g));
-    J += determinant(&F);
+    const real weight = fmax(quarter[g], MASS_FLOOR);
+    J += weight * determinant(&F);
+    all += weight;
   }
-  return R(0.25) * J;
+  return J / all;
 }
 
 inline real3 direction_at(global const real *restrict direction, int i, int stride, int k) {
@@ -76,7 +83,9 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
                          global const real *restrict v, global real *restrict force, const int cells,
                          const int nodes_stride, const real h, const int odd) {
   const int i = get_global_id(0);
-  const real phi = share[i];
+  real quarter[POINTS];
+  load_shares(share, i, cells, quarter);
+  const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
   if (!(phi > 0)) return;
   const int member = member_of[i / SOLID_BLOCK];
   global const wide *S = state + member * MEMBER_STATE;
@@ -85,8 +94,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
-  const real floored = fmax(phi, MASS_FLOOR);
-  const real pressure = floored * M[M_bulk_modulus_kPa] * (mean_volume_ratio(&m) - R(1.0));
+  const real pressure = M[M_bulk_modulus_kPa] * (mean_volume_ratio(&m, quarter) - R(1.0));
 #ifdef TENSION
   const real stretch = fibre_stretch(&m, direction, i, cells);
   const real dt = S[STEP + odd];
@@ -94,7 +102,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
   const real before = tension[i + (size_t)TENSION_STATES * cells];
   const real since = activation[i] < 0 ? R(-1.0) : (real)(S[TIME] - (wide)activation[i]);
-  const real T = phi * (real)S[LOAD] *
+  const real T = (real)S[LOAD] *
                  tension_step(states, since, R(0.0), R(0.0), stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
   for (int k = 0; k < TENSION_STATES; ++k) tension[i + (size_t)k * cells] = states[k];
   tension[i + (size_t)TENSION_STATES * cells] = stretch;
@@ -124,13 +132,14 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
     stress.xz += R(0.5) * eta * (dot(F.x, D.z) + dot(F.z, D.x));
     stress.xy += R(0.5) * eta * (dot(F.x, D.y) + dot(F.y, D.x));
 #endif
+    const real weight = fmax(quarter[g], MASS_FLOOR);
     Columns P = {
-        floored * (F.x * stress.xx + F.y * stress.xy + F.z * stress.xz) + pressure * K.x,
-        floored * (F.x * stress.xy + F.y * stress.yy + F.z * stress.yz) + pressure * K.y,
-        floored * (F.x * stress.xz + F.y * stress.yz + F.z * stress.zz) + pressure * K.z,
+        weight * (F.x * stress.xx + F.y * stress.xy + F.z * stress.xz + pressure * K.x),
+        weight * (F.x * stress.xy + F.y * stress.yy + F.z * stress.yz + pressure * K.y),
+        weight * (F.x * stress.xz + F.y * stress.yz + F.z * stress.zz + pressure * K.z),
     };
 #ifdef TENSION
-    real3 along = T * apply(&F, f);
+    real3 along = quarter[g] * T * apply(&F, f);
 #if TENSION_PER_STRETCH2
     along /= stretch * stretch;
 #endif
@@ -176,17 +185,19 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
-  const real chi = item_share[j];
+  real chi[POINTS];
+  load_shares(item_share, j, items, chi);
   Modes sum = {(real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0)};
   real J = 0;
   for (int g = 0; g < POINTS; ++g) {
     const real3 e = point_offset(g);
     const Columns F = deformation(&m, e), K = cofactor(&F);
-    J += R(0.25) * dot(F.x, K.x);
-    add_stress(&sum, &K, e);
+    J += R(0.25) * chi[g] * dot(F.x, K.x);
+    const Columns weighted = {chi[g] * K.x, chi[g] * K.y, chi[g] * K.z};
+    add_stress(&sum, &weighted, e);
   }
-  store_corners(&sum, chi * h * h / 16, gradient, j, items);
-  real total = chi * h * h * h * J;
+  store_corners(&sum, h * h / 16, gradient, j, items);
+  real total = h * h * h * J;
 
   real3 x[8];
   const real3 origin = vload3(member * CAVITIES + item_cavity[j], lid);
@@ -440,14 +451,15 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
                          global const real *restrict share, global const uchar *restrict region,
                          global const real *restrict direction, global const real *restrict u, int cells, int nodes_stride,
                          real h, real density, real *measure) {
-  const real phi = share[i];
-  if (!(phi > 0)) return;
+  real quarter[POINTS];
+  load_shares(share, i, cells, quarter);
+  if (!(quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0)) return;
   global const real *M = P + material_first[region[i]];
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
-  const real J = mean_volume_ratio(&m), floored = fmax(phi, MASS_FLOOR);
-  real speed2 = 0, energy = R(0.5) * M[M_bulk_modulus_kPa] * (J - 1) * (J - 1);
+  const real J = mean_volume_ratio(&m, quarter);
+  real speed2 = 0, energy = 0;
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(&m, point_offset(g)), K = cofactor(&F);
     const real3 f = direction_at(direction, i, cells, g);
@@ -464,11 +476,12 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const real geometric =
         sqrt(S.xx * S.xx + S.yy * S.yy + S.zz * S.zz + 2 * (S.yz * S.yz + S.xz * S.xz + S.xy * S.xy));
     speed2 = fmax(speed2, (bulk + largest_eigenvalue(C) * law_stiffness(C, Jg, f, s, M) + geometric) / density);
-    energy += R(0.25) * law_energy(C, Jg, f, s, M);
+    energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
+              (law_energy(C, Jg, f, s, M) + R(0.5) * M[M_bulk_modulus_kPa] * (J - 1) * (J - 1));
   }
   measure[SPEED_MEASURE] = fmax(measure[SPEED_MEASURE], speed2);
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
-  measure[ENERGY_MEASURE] += floored * h * h * h * energy;
+  measure[ENERGY_MEASURE] += h * h * h * energy;
 }
 
 kernel void solid_measure(global const real *restrict parameters, global const wide *restrict state,

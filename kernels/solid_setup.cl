@@ -11,7 +11,7 @@
 // counts (1 + VOIDS, members, NZ, NY, NX): of SAMPLES^3 samples of a cell those in tissue, then those in each named void. A
 // cell with one part at its corners and centre is taken for uniform. region (members, NZ, NY, NX): of most of the samples.
 kernel void solid_parts(global const real *restrict parameters, const real4 origin_and_spacing,
-                        global uchar *restrict counts, global uchar *restrict region) {
+                        global ushort *restrict counts, global uchar *restrict region) {
   const int x = get_global_id(0), y = get_global_id(1), z = get_global_id(2) % NZ;
   const int member = get_global_id(2) / NZ;
   const size_t cell = x + (size_t)NX * (y + (size_t)NY * get_global_id(2));
@@ -19,8 +19,8 @@ kernel void solid_parts(global const real *restrict parameters, const real4 orig
   global const real *P = parameters + (size_t)member * PARAMETERS;
   const real h = origin_and_spacing.w;
   const real3 corner = origin_and_spacing.xyz + h * (real3)((real)x, (real)y, (real)z);
-  int number[1 + VOIDS], of_region[REGION_COUNT];
-  for (int k = 0; k <= VOIDS; ++k) number[k] = 0;
+  int number[4 * (1 + VOIDS)], of_region[REGION_COUNT];
+  for (int k = 0; k < 4 * (1 + VOIDS); ++k) number[k] = 0;
   for (int r = 0; r < REGION_COUNT; ++r) of_region[r] = 0;
   // A little inside the corners: surfaces on faces of the grid are common.
   const int centre = solid_part(corner + R(0.5) * h, P);
@@ -30,27 +30,32 @@ kernel void solid_parts(global const real *restrict parameters, const real4 orig
                          P) == centre;
   const int all = SAMPLES * SAMPLES * SAMPLES;
   if (uniform) {
-    if (centre >= 0)
-      number[0] = of_region[centre] = all;
-    else if (centre < -1)
-      number[-1 - centre] = all;
+    const int part = centre >= 0 ? 0 : centre < -1 ? -1 - centre : -1;
+    if (centre >= 0) of_region[centre] = all;
+    for (int g = 0; g < 4 && part >= 0; ++g) number[4 * part + g] = 3 * all;
   } else {
     for (int k = 0; k < all; ++k) {
       const real3 at = (real3)((real)(k % SAMPLES), (real)(k / SAMPLES % SAMPLES), (real)(k / (SAMPLES * SAMPLES)));
       const int part = solid_part(corner + h / SAMPLES * (at + R(0.5)), P);
-      if (part >= 0) {
-        ++number[0];
-        ++of_region[part];
-      } else if (part < -1) {
-        ++number[-1 - part];
-      }
+      if (part >= 0) ++of_region[part];
+      const int slot = part >= 0 ? 0 : -1 - part;
+      if (part == -1) continue;
+      // The point it belongs to; where several are as near, a share to each.
+      const real3 c = at + R(0.5) - R(0.5) * SAMPLES;
+      const real along[4] = {c.x + c.y + c.z, c.x - c.y - c.z, c.y - c.x - c.z, c.z - c.x - c.y};
+      real most = along[0];
+      for (int g = 1; g < 4; ++g) most = fmax(most, along[g]);
+      int nearest = 0;
+      for (int g = 0; g < 4; ++g) nearest += along[g] > most - R(0.1);
+      for (int g = 0; g < 4; ++g)
+        if (along[g] > most - R(0.1)) number[4 * slot + g] += 12 / nearest;
     }
   }
-  for (int k = 0; k <= VOIDS; ++k) counts[cell + k * cells] = (uchar)number[k];
+  for (int k = 0; k < 4 * (1 + VOIDS); ++k) counts[cell + k * cells] = (ushort)number[k];
   int most = 0;
   for (int r = 1; r < REGION_COUNT; ++r)
     if (of_region[r] > of_region[most]) most = r;
-  region[cell] = number[0] > 0 ? (uchar)most : (uchar)NO_PART;
+  region[cell] = of_region[most] > 0 ? (uchar)most : (uchar)NO_PART;
 }
 
 // Bit k: void k + 1 lies within a quarter of a cell of a vertex. vertex: its place in the grid of vertices

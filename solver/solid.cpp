@@ -101,16 +101,16 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   const auto& [nx, ny, nz] = grid_.cells;
   const auto cells = static_cast<std::size_t>(grid_.size()) * members.size();
   const auto planes = static_cast<std::size_t>(nz) * members.size();
-  const cl::Buffer counts = launcher_.device().allocate(cells * static_cast<std::size_t>(voids_ + 1));
+  const cl::Buffer counts = launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
   const cl::Buffer region = launcher_.device().allocate(cells);
   launcher_(parts_, cl::NDRange(static_cast<std::size_t>(nx), static_cast<std::size_t>(ny), planes),
             launcher_.device().info().gpu ? cl::NullRange : cl::NDRange(8, 1, 1),
             static_cast<double>(cells) * (2 + voids_), parameters, grid_.origin_and_spacing(), counts, region);
   SolidParts parts;
-  parts.samples = samples_along_edge * samples_along_edge * samples_along_edge;
-  parts.counts.resize(cells * static_cast<std::size_t>(voids_ + 1));
+  parts.samples = 3 * samples_along_edge * samples_along_edge * samples_along_edge;
+  parts.counts.resize(cells * static_cast<std::size_t>(4 * (voids_ + 1)));
   parts.region.resize(cells);
-  launcher_.queue().enqueueReadBuffer(counts, CL_TRUE, 0, parts.counts.size(), parts.counts.data());
+  launcher_.queue().enqueueReadBuffer(counts, CL_TRUE, 0, parts.counts.size() * sizeof(cl_ushort), parts.counts.data());
   launcher_.queue().enqueueReadBuffer(region, CL_TRUE, 0, parts.region.size(), parts.region.data());
   mesh_ = build_solid_mesh(scene_, grid_, parts, members_);
   upload(parameters, members);

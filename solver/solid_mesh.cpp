@@ -53,12 +53,16 @@ class MemberMesh {
     const auto nx = static_cast<std::size_t>(n_[0]), ny = static_cast<std::size_t>(n_[1]);
     return {static_cast<int>(cell % nx), static_cast<int>(cell / nx % ny), static_cast<int>(cell / (nx * ny))};
   }
-  double share(std::size_t cell) const { return parts_.counts[first_ + cell] / double(parts_.samples); }
-  /// Share of a cell in void k (-1: none).
-  double void_share(std::size_t cell, int k) const {
-    return k < 0 ? 0
-                 : parts_.counts[static_cast<std::size_t>(k + 1) * all_ + first_ + cell] / double(parts_.samples);
+  /// Share of quarter g of a cell in part k + 1 (tissue: k = -1).
+  double quarter(std::size_t cell, int k, int g) const {
+    return parts_.counts[static_cast<std::size_t>(4 * (k + 1) + g) * all_ + first_ + cell] / double(parts_.samples);
   }
+  double part_share(std::size_t cell, int k) const {
+    return 0.25 * (quarter(cell, k, 0) + quarter(cell, k, 1) + quarter(cell, k, 2) + quarter(cell, k, 3));
+  }
+  double share(std::size_t cell) const { return part_share(cell, -1); }
+  /// Share of a cell in void k (-1: none).
+  double void_share(std::size_t cell, int k) const { return k < 0 ? 0 : part_share(cell, k); }
   /// Share of what is no tissue in a cell outside the mesh.
   double void_weight(std::size_t cell, int k) const {
     const double rest = 1 - share(cell);
@@ -120,7 +124,7 @@ class MemberMesh {
       local_[cell] = first_cell + count++;
       mesh.grid_cell.push_back(static_cast<int>(first_ + cell));
       mesh.region.push_back(parts_.region[first_ + cell]);
-      mesh.share.push_back(share(cell));
+      for (int g = 0; g < 4; ++g) shares_.push_back(quarter(cell, -1, g));
       const Index3 c = index(cell);
       for (int corner = 0; corner < 8; ++corner) node_[vertex_of(c, corner)] = 0;
     }
@@ -128,7 +132,7 @@ class MemberMesh {
     while (mesh.grid_cell.size() % SolidMesh::block != 0) {
       mesh.grid_cell.push_back(-1);
       mesh.region.push_back(255);
-      mesh.share.push_back(0);
+      shares_.insert(shares_.end(), 4, 0.0);
     }
     mesh.cells = static_cast<int>(mesh.grid_cell.size());
     mesh.cell_blocks.push_back(mesh.cells / SolidMesh::block);
@@ -172,13 +176,13 @@ class MemberMesh {
       if (!any) continue;
       mesh.item_cell.push_back(local_[cell]);
       mesh.item_cavity.push_back(static_cast<std::uint8_t>(q));
-      mesh.item_share.push_back(chi);
+      for (int g = 0; g < 4; ++g) item_shares_.push_back(quarter(cell, k, g));
       item_faces_.insert(item_faces_.end(), faces.begin(), faces.end());
     }
     while (mesh.item_cell.size() % SolidMesh::block != 0) {
       mesh.item_cell.push_back(-1);
       mesh.item_cavity.push_back(static_cast<std::uint8_t>(q));
-      mesh.item_share.push_back(0);
+      item_shares_.insert(item_shares_.end(), 4, 0.0);
       item_faces_.insert(item_faces_.end(), 6, 0.0);
     }
     mesh.items = static_cast<int>(mesh.item_cell.size());
@@ -247,6 +251,7 @@ class MemberMesh {
  public:
   std::vector<int> mesh_nodes_;      // (count, 8) of this member's cells
   std::vector<double> item_faces_;   // (items of this member, 6)
+  std::vector<double> shares_, item_shares_;  // (cells, 4), (items, 4)
 
  private:
   const Scene& scene_;
@@ -278,25 +283,35 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
   // Block 0 is void in every field.
   mesh.grid_cell.assign(SolidMesh::block, -1);
   mesh.region.assign(SolidMesh::block, 255);
-  mesh.share.assign(SolidMesh::block, 0);
   mesh.vertex.assign(SolidMesh::block, -1);
   mesh.item_cell.assign(SolidMesh::block, -1);
   mesh.item_cavity.assign(SolidMesh::block, 0);
-  mesh.item_share.assign(SolidMesh::block, 0);
   mesh.cells = mesh.nodes = mesh.items = SolidMesh::block;
   mesh.cell_blocks = mesh.node_blocks = mesh.item_blocks = {1};
-  std::vector<double> faces(6 * SolidMesh::block, 0);
+  std::vector<double> faces(6 * SolidMesh::block, 0), shares(4 * SolidMesh::block, 0),
+      item_shares(4 * SolidMesh::block, 0);
   std::vector<std::pair<int, std::vector<int>>> cell_nodes;  // first cell, (count, 8)
   for (int m = 0; m < members; ++m) {
     MemberMesh member(scene, grid, parts, members, m);
     const int first = mesh.cells;
     member.append(mesh);
     cell_nodes.emplace_back(first, std::move(member.mesh_nodes_));
+    shares.insert(shares.end(), member.shares_.begin(), member.shares_.end());
+    item_shares.insert(item_shares.end(), member.item_shares_.begin(), member.item_shares_.end());
     faces.insert(faces.end(), member.item_faces_.begin(), member.item_faces_.end());
   }
 
   const auto cells = static_cast<std::size_t>(mesh.cells), nodes = static_cast<std::size_t>(mesh.nodes),
              items = static_cast<std::size_t>(mesh.items);
+  const auto transposed = [](const std::vector<double>& rows, std::size_t columns) {
+    std::vector<double> result(rows.size());
+    const std::size_t n = rows.size() / columns;
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k < columns; ++k) result[k * n + i] = rows[i * columns + k];
+    return result;
+  };
+  mesh.share = transposed(shares, 4);
+  mesh.item_share = transposed(item_shares, 4);
   mesh.cell_nodes.assign(8 * cells, 0);
   mesh.corners.assign(8 * nodes, 0);
   std::vector<double> mass(nodes, 0);
@@ -308,7 +323,10 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
       at(mesh.cell_nodes, corner, mesh.cells, cell) = node;
       at(mesh.corners, corner, mesh.nodes, node) = cell;
       mass[static_cast<std::size_t>(node)] +=
-          0.125 * volume * std::max(mesh.share[static_cast<std::size_t>(cell)], floor);
+          0.125 * volume *
+          std::max(0.25 * (at(mesh.share, 0, mesh.cells, cell) + at(mesh.share, 1, mesh.cells, cell) +
+                           at(mesh.share, 2, mesh.cells, cell) + at(mesh.share, 3, mesh.cells, cell)),
+                   floor);
     }
   mesh.inverse_mass.resize(nodes);
   mesh.position.assign(3 * nodes, 0);

@@ -21,7 +21,7 @@ struct SolidMesh {
   std::vector<int> cell_blocks;         ///< (members + 1) first block of each member
   std::vector<int> grid_cell;           ///< (cells) in the grid, counted over members; -1 in padding
   std::vector<std::uint8_t> region;     ///< (cells)
-  std::vector<double> share;            ///< (cells) in tissue
+  std::vector<double> share;            ///< (4, cells) of each point's quarter in tissue
   std::vector<int> cell_nodes;          ///< (8, cells)
   // Nodes.
   int nodes = 0;
@@ -35,7 +35,7 @@ struct SolidMesh {
   std::vector<int> item_blocks;         ///< (members * cavities + 1)
   std::vector<int> item_cell;           ///< (items) -1 in padding
   std::vector<std::uint8_t> item_cavity;
-  std::vector<double> item_share;       ///< (items)
+  std::vector<double> item_share;       ///< (4, items)
   std::vector<double> item_faces;       ///< (6, items)
   std::vector<double> lid;              ///< (members, cavities, 3) mm
   std::vector<int> cavity_of;           ///< (nodes) place among cavities' nodes, -1 for others
@@ -55,9 +55,9 @@ struct SolidMesh {
 
 /// What kernels/solid_setup.cl found in the cells of the grid, host copies.
 struct SolidParts {
-  std::vector<std::uint8_t> counts;  ///< (1 + voids, members, nz, ny, nx) of samples
+  std::vector<std::uint16_t> counts;  ///< (1 + voids, 4, members, nz, ny, nx) of samples
   std::vector<std::uint8_t> region;  ///< (members, nz, ny, nx)
-  int samples;                       ///< of a cell
+  int samples;                        ///< of a quarter of a cell
 };
 
 SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidParts& parts, int members);
