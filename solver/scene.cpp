@@ -3,7 +3,6 @@
 #include "solver/conduction_system.hpp"
 #include "solver/electrophysiology.hpp"
 #include "solver/geometry.hpp"
-#include "solver/mechanics.hpp"
 #include "solver/torso.hpp"
 
 namespace cohort {
@@ -49,7 +48,6 @@ void declare_parameters(Scene& scene) {
   declare_grid_and_time(scene.parameters);
   declare_geometry(scene);
   declare_electrophysiology(scene);
-  if (scene.mechanics) declare_mechanics(scene);
   declare_conduction_system(scene);
   declare_stimuli(scene);
   if (scene.ecg) declare_torso(scene.parameters, scene.torso);

@@ -76,7 +76,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid.cl"}) parts.emplace_back(file);
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
-             "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()), "MASS_FLOOR=R(0.5)",
+             "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()), "MASS_FLOOR=R(0.25)",
              "MEMBER_GROUP=" + std::to_string(member_group)};
   const cl::Program program = stepping.build(device, parts, options);
   tension_states_ = text.tension_states;

@@ -14,7 +14,7 @@ namespace cohort {
 /// kernels/solid.clh: member after member, each padded to whole blocks, block 0 void.
 struct SolidMesh {
   static constexpr int block = 64;
-  static constexpr double mass_floor = 0.5;  ///< least share of a cell that counts as mass and passive stress
+  static constexpr double mass_floor = 0.25;  ///< least share of a cell that counts as mass and passive stress
 
   // Cells. cells: their number with padding, the stride of fields.
   int cells = 0;

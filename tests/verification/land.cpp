@@ -77,6 +77,60 @@ LandResult land(int problem, double dx, double kappa, double tolerance, Precisio
   return r;
 }
 
+
+void heart(double dx, double kappa, double lv_mmHg, double rv_mmHg, double tension) {
+  Scene scene;
+  scene.geometry = GeometryKind::heart;
+  Mechanics& m = scene.mechanics.emplace();
+  m.cavities = {{"lv", ""}, {"rv", ""}};
+  using B = Mechanics::Boundary;
+  m.boundary = {{"base", "base", B::Kind::clamp_normal}, {"base_spring", "base", B::Kind::spring}, {"epicardium", "epicardium", B::Kind::spring_normal}};
+  m.quasi_static = true;
+  m.tension = "constant";
+  ConductionSystem& c = scene.conduction_system.emplace(); c.kind = ConductionSystem::Kind::delay;
+  declare_parameters(scene);
+  const auto set = [&](const std::string& path, double value) { scene.parameters[scene.parameters.index(path)].value = value; };
+  set("grid.dx_mm", dx);
+  set("mechanics.bulk_modulus_kPa", kappa);
+  set("mechanics.guccione.C_kPa", getenv("CC") ? atof(getenv("CC")) : 0.8); set("mechanics.guccione.bf", 8); set("mechanics.guccione.bt", 3); set("mechanics.guccione.bfs", 4);
+  set("mechanics.constant.tension_kPa", tension);
+  set("mechanics.boundary.base_spring.stiffness_kPa_per_mm", 0.5);
+  set("mechanics.boundary.epicardium.stiffness_kPa_per_mm", 0.1);
+  Member member{0, scene.parameters.values()};
+  scene.parameters.resolve(member.values);
+  const Grid grid = make_grid(scene, {&member, 1});
+  const Definitions definitions = scene_definitions(scene, grid);
+  Launcher launcher(device(), scene.precision);
+  Solid solid(launcher, scene, definitions, grid, 1);
+  const auto packed = pack(member.values, scene.precision);
+  cl::Buffer parameters = device().allocate(packed.size());
+  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+  const auto s0 = std::chrono::steady_clock::now();
+  solid.build(parameters, {&member, 1});
+  printf("setup %.3f s defect '%s'\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - s0).count(), solid.defect(0).c_str());
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<double> state;
+  for (int step = 0; step < 40000; ++step) {
+    const bool measured = step % 16 == 0;
+    if (measured) solid.measure(parameters);
+    solid.forces(parameters);
+    solid.predict();
+    solid.load({lv_mmHg / 7.50062, rv_mmHg / 7.50062}, {5, 1e9, 2e-3, 1}, measured);
+    solid.move();
+    if (step == 15) { state = solid.state(); printf("rest volumes %.2f %.2f mL\n", state[20] / 1000, state[21] / 1000); }
+    if (step % 100 == 99) {
+      state = solid.state();
+      if (getenv("VERBOSE")) printf("%d t %g dt %g J %g res %g KE %g V %g %g E %g ended %g\n", step, state[0], state[3], state[9], state[8], state[7], state[20]/1000, state[21]/1000, state[11], state[12]);
+      if (state[12] != 0) break;
+    }
+  }
+  printf("heart dx %g cells %d items %d cavity nodes %d: V %.2f %.2f mL steps %g residual %g ended %g J %.3f dt %.4f %.1f s\n", dx, solid.mesh().tissue_cells[0], solid.mesh().items, solid.mesh().cavity_nodes, state[20]/1000, state[21]/1000, state[13], state[8], state[12], state[9], state[3], std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+}
+TEST(Land, Heart) {
+  std::istringstream in(getenv("HDX") ? getenv("HDX") : "4");
+  const double T = getenv("T") ? atof(getenv("T")) : 0, lv = getenv("LV") ? atof(getenv("LV")) : 8.7, rv = getenv("RV") ? atof(getenv("RV")) : 3.8;
+  for (double dx; in >> dx;) heart(dx, 350, lv, rv, T);
+}
 TEST(Land, Experiment) {
   const char* list = getenv("DX");
   std::istringstream in(list ? list : "2 1");
