@@ -212,6 +212,13 @@ void read_beats(Node& scene_node, Scene& scene, Mistakes& mistakes) {
     beats->read = true;
     return;
   }
+  if (Node* end = time->find("end_ms")) {
+    time->known.insert("end_ms");
+    end->read = true;
+    mistakes.add(end->place,
+                 "time.end_ms beside time.beats: a run of beats ends with the last of them; "
+                 "time.beats.length_ms and at_most say how long it may be");
+  }
   scene.beats.emplace();
 }
 
@@ -251,7 +258,8 @@ void read_loads(Node& scene_node, Node* outputs, Scene& scene, Mistakes& mistake
     scene.activation.reset();
     scene.displacement.reset();
     if (!scene.circulation && mistakes.size() == before)
-      mistakes.add(scene_node.place, "geometry: none has no tissue; it needs a circulation");
+      mistakes.add(scene_node.find("geometry")->place,
+                   "geometry: none has no tissue; it needs a circulation");
   } else {
     read_mechanics(scene_node, scene, mistakes);
   }
