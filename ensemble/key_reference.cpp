@@ -12,6 +12,7 @@
 #include "solver/cell_models.hpp"
 #include "solver/conduction_system.hpp"
 #include "solver/labels.hpp"
+#include "solver/mechanics.hpp"
 #include "solver/mechanics_structure.hpp"
 
 // The page of all keys. Parameters are those of scenes that have every kind of structure; nothing about them
@@ -134,10 +135,12 @@ std::vector<Scene> all_scenes() {
   return scenes;
 }
 
-/// Whether a parameter repeats, for one region, one that stands right below electrophysiology or in a model.
+/// Whether a parameter repeats, for one region, one that stands right below electrophysiology or mechanics,
+/// or in a model or law of theirs.
 bool is_copy(const std::string& pattern) {
-  return pattern.starts_with("electrophysiology.regions.NAME.") &&
-         !pattern.ends_with("bath_conductivity_mS_per_mm");
+  return (pattern.starts_with("electrophysiology.regions.NAME.") &&
+          !pattern.ends_with("bath_conductivity_mS_per_mm")) ||
+         pattern.starts_with("mechanics.regions.NAME.");
 }
 
 std::string default_of(const Parameter& p) {
@@ -232,6 +235,12 @@ const Parameters& all_parameters() {
     for (const std::string& model : cell_models())
       for (const Parameter& parameter : read_cell_model(model).parameters)
         add(parameter, "electrophysiology." + model + "." + parameter.path, true, result.order, result.rows);
+    const auto add_material = [&](const MaterialFile& file) {
+      for (const Parameter& parameter : file.parameters)
+        add(parameter, "mechanics." + file.name + "." + parameter.path, true, result.order, result.rows);
+    };
+    for (const std::string& law : laws()) add_material(read_law(law));
+    for (const std::string& tension : tensions()) add_material(read_tension(tension));
     return result;
   }();
   return parameters;
@@ -279,14 +288,17 @@ bool is_documented(const std::string& path) {
   }();
   const std::string pattern = key_pattern(path);
   if (known.contains(pattern)) return true;
-  const std::string of_region = "electrophysiology.regions.NAME.";
-  if (!pattern.starts_with(of_region)) return false;
-  const std::string own = pattern.substr(of_region.size());
-  const std::vector<std::string> models = cell_models();
-  return known.contains("electrophysiology." + own) ||
-         std::any_of(models.begin(), models.end(), [&](const std::string& model) {
-           return known.contains("electrophysiology." + model + "." + own);
-         });
+  const auto is_own = [&](const std::string& section, const std::vector<std::string>& models) {
+    const std::string of_region = section + ".regions.NAME.";
+    if (!pattern.starts_with(of_region)) return false;
+    const std::string own = pattern.substr(of_region.size());
+    return known.contains(section + "." + own) ||
+           std::any_of(models.begin(), models.end(), [&](const std::string& model) {
+             return known.contains(section + "." + model + "." + own);
+           });
+  };
+  return is_own("electrophysiology", cell_models()) || is_own("mechanics", laws()) ||
+         is_own("mechanics", tensions());
 }
 
 std::string key_reference() {

@@ -97,6 +97,9 @@ const std::vector<StructureKey>& structure_keys() {
        "springs and dashpots, in all directions or along the normal"},
       {"mechanics.quasi_static", "`true`, `false`", "`false`",
        "the equilibrium under the final loads; without a circulation"},
+      {"mechanics.regions", "map of NAME: map", "none",
+       "what single regions have of their own: any number of the law, the tension, `bulk_modulus_kPa`, "
+       "`viscosity_kPa_ms`"},
       {"circulation", "map or `none`", "`closed_loop` of the heart; else none",
        "what the chambers are joined to, where an output needs it"},
       {"circulation.kind", "`closed_loop`, `windkessel`", "`closed_loop`",
