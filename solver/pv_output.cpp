@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "solver/pv_features.hpp"
+
 namespace cohort {
 
 namespace {
@@ -58,6 +60,19 @@ std::vector<double> pv_times_ms(const Scene& scene) {
 
 std::vector<double> displacement_times_ms(const Scene& scene) {
   return scene.displacement ? times_ms(scene, "outputs.displacement.rate_hz") : std::vector<double>();
+}
+
+std::vector<float> recorded_pv_features(const Scene& scene, const Recording& recording,
+                                        std::span<const double> values) {
+  if (!scene.pv) return {};
+  const auto value = [&](const std::string& path) {
+    const int index = scene.parameters.find(path);
+    return index < 0 ? std::nan("") : values[static_cast<std::size_t>(index)];
+  };
+  const std::vector<std::string> compartments = pv_compartments(scene);
+  return pv_features({compartments, recording.pressure, recording.volume, 1000 / value("outputs.pv.rate_hz"),
+                      value(scene.beats ? "time.beats.length_ms" : "time.beat_ms"),
+                      value("circulation.windkessel.filling_pressure_mmHg")});
 }
 
 }  // namespace cohort

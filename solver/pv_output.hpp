@@ -1,9 +1,10 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
-#include "solver/scene.hpp"
+#include "solver/simulation.hpp"
 
 namespace cohort {
 
@@ -21,5 +22,10 @@ double recorded_ms(const Scene& scene);
 /// is no sample, since the next beat begins there.
 std::vector<double> pv_times_ms(const Scene& scene);
 std::vector<double> displacement_times_ms(const Scene& scene);
+
+/// pv_features() of a member's recording; nothing where the scene records no pressure and volume. values: of
+/// the member, in table order.
+std::vector<float> recorded_pv_features(const Scene& scene, const Recording& recording,
+                                        std::span<const double> values);
 
 }  // namespace cohort
