@@ -14,7 +14,6 @@ kernel void start_circulation(global const real *parameters, global heart_state 
     h.loop.lost[i] = h.loop.pressure[i] = 0;
   }
   for (int e = 0; e < EDGES; ++e) h.loop.flow[e] = initial_flow(P, e);
-  start_pressures(&a, &h.loop);
   begin_heart(&a, &h);
   states[m] = h;
 }
