@@ -12,10 +12,19 @@ std::vector<std::size_t> shape(Column column, const Schema& schema) {
       return {members, schema.parameters.size()};
     case Column::ecg:
       return {layout.leads.empty() ? 0 : members, layout.leads.size(), layout.ecg_ms.size()};
+    case Column::pv_pressure:
+    case Column::pv_volume:
+      return {layout.compartments.empty() ? 0 : members, layout.compartments.size(), layout.pv_ms.size()};
+    case Column::displacement:
+      return {layout.points.empty() ? 0 : members, layout.points.size(), 3, layout.displacement_ms.size()};
     case Column::features:
       return {members, layout.features.size()};
     case Column::time_ecg_ms:
       return {layout.leads.empty() ? 0 : layout.ecg_ms.size()};
+    case Column::time_pv_ms:
+      return {layout.compartments.empty() ? 0 : layout.pv_ms.size()};
+    case Column::time_displacement_ms:
+      return {layout.points.empty() ? 0 : layout.displacement_ms.size()};
     case Column::kernels:
     case Column::calls:
     case Column::device_ms:

@@ -30,8 +30,13 @@ enum class Column {
   error_estimate,
   crc32,
   ecg,
+  pv_pressure,
+  pv_volume,
+  displacement,
   features,
   time_ecg_ms,
+  time_pv_ms,
+  time_displacement_ms,
   kernels,
   calls,
   device_ms,
@@ -42,7 +47,7 @@ enum class Column {
   cell_updates,
   slot_wall_s
 };
-inline constexpr std::size_t column_count = 31;
+inline constexpr std::size_t column_count = 36;
 
 enum class ElementType { f8, f4, i8, i4, u8, u4, u1, text };
 
@@ -78,8 +83,13 @@ inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/members/error_estimate", ElementType::f8, 0, false, nullptr},
     {"/members/crc32", ElementType::u4, 0, false, nullptr},
     {"/ecg", ElementType::f4, 0, false, "mV"},
+    {"/pv/pressure", ElementType::f4, 0, false, "mmHg"},
+    {"/pv/volume", ElementType::f4, 0, false, "mL"},
+    {"/displacement", ElementType::f4, 0, false, "mm"},
     {"/features", ElementType::f4, 0, false, nullptr},
     {"/time/ecg_ms", ElementType::f8, 0, false, "ms"},
+    {"/time/pv_ms", ElementType::f8, 0, false, "ms"},
+    {"/time/displacement_ms", ElementType::f8, 0, false, "ms"},
     {"/performance/kernels", ElementType::text, kernel_name_bytes, true, nullptr},
     {"/performance/calls", ElementType::i8, 0, true, nullptr},
     {"/performance/device_ms", ElementType::f8, 0, true, "ms"},
@@ -113,8 +123,14 @@ inline std::size_t ColumnSpec::element_bytes() const {
   return 0;
 }
 
-/// Shape of a dataset under a schema, rows first. `ecg` and `time_ecg_ms` have no rows where no ECG is
-/// recorded, and are then left out of the file.
+/// Series and their times, which a campaign has only where it records them.
+constexpr bool is_series(Column column) {
+  return (column >= Column::ecg && column <= Column::displacement) ||
+         (column >= Column::time_ecg_ms && column <= Column::time_displacement_ms);
+}
+
+/// Shape of a dataset under a schema, rows first. Series that are not recorded, and their times, have no rows
+/// and are left out of the file.
 std::vector<std::size_t> shape(Column column, const Schema& schema);
 
 }  // namespace cohort

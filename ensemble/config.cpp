@@ -78,10 +78,11 @@ std::vector<std::string> put_geometry_aside(Node& node, Scene& scene) {
   other.regions.clear();
   other.region_cell_models.clear();
   other.heterogeneity = {};
+  other.mechanics.reset();
   other.parameters = {};
   scene = std::move(other);
   std::vector<std::string> levels = {"geometry", "electrophysiology.regions",
-                                     "electrophysiology.heterogeneity"};
+                                     "electrophysiology.heterogeneity", "mechanics", "circulation"};
   for (const std::string& model : cell_models())
     if (model != scene.cell_model) levels.push_back("electrophysiology." + model);
   for (const std::string& level : levels)
@@ -89,11 +90,25 @@ std::vector<std::string> put_geometry_aside(Node& node, Scene& scene) {
   return levels;
 }
 
-/// Checks a torso that no output needs: it stays in the file while outputs are switched on and off.
-void check_unused_torso(Node& torso, Scene scene, Mistakes& mistakes) {
-  scene.ecg.emplace();
-  if (declare(scene, false, {}, torso.place, mistakes)) read_parameters(torso, scene.parameters, mistakes);
-  torso.read = true;
+/// Checks a section that no output needs: it stays in the file while outputs are switched on and off. scene:
+/// with an output that needs it.
+void check_unused(Node& section, Scene scene, Mistakes& mistakes) {
+  if (declare(scene, false, {}, section.place, mistakes))
+    read_parameters(section, scene.parameters, mistakes);
+  section.read = true;
+}
+
+/// Leaves out the mechanics, the circulation and the beats that no output needs.
+void leave_out_loads(Node& node, Scene& scene, Mistakes& mistakes) {
+  if (scene.pv || scene.displacement) return;
+  Scene with = scene;
+  with.pv.emplace();
+  for (const char* path : {"mechanics", "circulation", "time.beats"})
+    if (Node* section = find_level(node, path); section && !section->read)
+      check_unused(*section, with, mistakes);
+  scene.mechanics.reset();
+  scene.circulation.reset();
+  scene.beats.reset();
 }
 
 /// The structure keys that the reader has looked for at and below `node`.
@@ -132,8 +147,13 @@ Campaign read_root(Node& root, const std::string& text, const std::string& file,
   read_structure(scene, outputs, file, campaign.scene, mistakes);
   const bool sound = mistakes.size() == before;
   std::string points;
-  if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg)
-    check_unused_torso(*torso, campaign.scene, mistakes);
+  if (scene && campaign.scene.geometry != GeometryKind::none)
+    leave_out_loads(*scene, campaign.scene, mistakes);
+  if (Node* torso = scene ? scene->find("torso") : nullptr; torso && !torso->read && !campaign.scene.ecg) {
+    Scene with = campaign.scene;
+    with.ecg.emplace();
+    check_unused(*torso, with, mistakes);
+  }
   const Place& place = scene ? scene->place : root.place;
   std::vector<std::string> aside;
   bool declared = declare(campaign.scene, sound, campaign.places, place, mistakes);

@@ -27,6 +27,13 @@ void read_labels(Node& geometry, const std::string& file, Scene& scene, Mistakes
 /// The part of read_structure for `electrophysiology`; needs the structure of the geometry.
 void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mistakes);
 
+/// The part of read_structure for `outputs`.
+void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes);
+
+/// The part of read_structure for `mechanics`, `circulation` and `time.beats`; needs the structure of the
+/// geometry and of the outputs. The scene has them even where no output does: leave_out_loads.
+void read_loads(Node& scene_node, Node* outputs, Scene& scene, Mistakes& mistakes);
+
 /// Reads scene.electrophysiology.conduction_system, before the regions, which depend on it.
 void read_conduction_system(Node& node, Scene& scene, Mistakes& mistakes);
 

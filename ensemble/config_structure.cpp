@@ -40,34 +40,6 @@ std::vector<std::string> names_of(const std::vector<Shape>& shapes) {
   return names;
 }
 
-/// The one key of `map` among `words`, or null after a mistake. Marks what else stands there of them as read.
-Node::Entry* exactly_one(Node& map, const std::vector<std::string>& words, Mistakes& mistakes) {
-  Node::Entry* chosen = nullptr;
-  for (const std::string& word : words) map.known.insert(word);
-  for (Node::Entry& entry : map.entries) {
-    if (std::find(words.begin(), words.end(), entry.key) == words.end()) continue;
-    if (!chosen) {
-      chosen = &entry;
-      continue;
-    }
-    entry.value.read = true;
-    if (entry.key != chosen->key)
-      mistakes.add(entry.place, fmt::format("{} takes one of {}; it has \"{}\" and \"{}\"", map.name,
-                                            fmt::join(words, ", "), chosen->key, entry.key));
-  }
-  if (!chosen) {
-    // A misspelt word is told by the unknown key that it is; only an absent one is told here.
-    const bool misspelt = std::any_of(map.entries.begin(), map.entries.end(), [&](const Node::Entry& entry) {
-      return !map.known.contains(entry.key) && suggestion(entry.key, words).starts_with("; did");
-    });
-    if (misspelt)
-      check_keys(map, {}, mistakes);
-    else
-      mistakes.add(map.place, fmt::format("{} needs one of {}", map.name, fmt::join(words, ", ")));
-  }
-  return chosen;
-}
-
 /// Reads what an operation works on: {subtract: [a, b]}, or {smooth_union: {of: [a, b], smoothing_mm: 4}}
 /// where it has a size of its own.
 std::optional<std::vector<std::string>> read_operands(Node::Entry& operation, const ShapeWord& word,
@@ -194,6 +166,16 @@ void read_geometry(Node& geometry, const std::string& file, Scene& scene, Mistak
   }
 }
 
+/// Whether a circulation stands alone: `geometry: none`, or no geometry beside a circulation.
+bool is_without_tissue(Node& scene) {
+  Node* geometry = scene.find("geometry");
+  if (!geometry) return scene.find("circulation");
+  if (geometry->kind != Node::Kind::scalar || geometry->text != "none") return false;
+  scene.known.insert("geometry");
+  geometry->read = true;
+  return true;
+}
+
 void read_stimuli(Node& stimuli, Scene& scene, Mistakes& mistakes) {
   for (Node::Entry& entry : stimuli.entries) {
     Node& node = entry.value;
@@ -229,69 +211,21 @@ void read_stimuli(Node& stimuli, Scene& scene, Mistakes& mistakes) {
   }
 }
 
-void read_outputs(Node& outputs, Scene& scene, Mistakes& mistakes) {
-  for (const char* later : {"pv", "flow"}) {
-    if (!outputs.find(later)) continue;  // not suggested to who mistypes another key
-    if (Node* node = take(outputs, later)) {
-      node->read = true;
-      mistakes.add(node->place, fmt::format("outputs.{} is known but not built yet", later));
-    }
-  }
-  const Node* ecg_key = outputs.find("ecg");
-  if (Node* ecg = take_map(outputs, "ecg", mistakes)) {
-    scene.ecg.emplace();
-    if (Node* leads = take(*ecg, "leads")) {
-      const auto count = read_whole(*leads, leads->path, 1, mistakes);
-      if (count && *count != 12)
-        mistakes.add(leads->place,
-                     fmt::format("outputs.ecg.leads is {}; there are 12 leads or none", *count));
-    }
-    if (Node* method = take(*ecg, "method"))
-      scene.ecg->method = read_word<EcgRequest::Method>(
-          *method, {{"lead_field", EcgRequest::Method::lead_field}, {"forward", EcgRequest::Method::forward}},
-          scene.ecg->method, mistakes);
-  }
-  const Node* activation_key = outputs.find("activation");
-  if (Node* activation = take_map(outputs, "activation", mistakes)) {
-    scene.activation.emplace();
-    if (Node* beats = take(*activation, "beats"))
-      scene.activation->beats = read_bool(*beats, beats->path, mistakes).value_or(false);
-    if (Node* probes = take_map(*activation, "probes", mistakes)) {
-      for (Node::Entry& entry : probes->entries) {
-        probes->known.insert(entry.key);
-        const std::string unit = "_mm";
-        if (!check_name(entry, "a probe", mistakes)) {
-          entry.value.read = true;
-        } else if (!entry.key.ends_with(unit) || entry.key == unit) {
-          entry.value.read = true;
-          mistakes.add(
-              entry.place,
-              fmt::format("a probe's key is its name and the unit of its place; write \"{}_mm\"", entry.key));
-        } else {
-          scene.activation->probes.push_back(entry.key.substr(0, entry.key.size() - unit.size()));
-        }
-      }
-    }
-  }
-  if (!ecg_key && !activation_key) {
-    check_keys(outputs, {}, mistakes);
-    if (std::none_of(outputs.entries.begin(), outputs.entries.end(),
-                     [](const Node::Entry& entry) { return entry.value.read; }))
-      mistakes.add(outputs.place, "outputs is empty; ask for ecg, activation or both");
-  }
-}
-
 }  // namespace
 
 void read_structure(Node* scene_node, Node* outputs_node, const std::string& file, Scene& scene,
                     Mistakes& mistakes) {
+  const bool tissue = scene_node && !is_without_tissue(*scene_node);
+  if (scene_node && !tissue) scene.geometry = GeometryKind::none;
   if (scene_node) {
-    if (Node* geometry = require_map(*scene_node, "geometry", mistakes))
+    if (Node* geometry = tissue ? require_map(*scene_node, "geometry", mistakes) : nullptr)
       read_geometry(*geometry, file, scene, mistakes);
     if (Node* precision = take(*scene_node, "precision"))
       scene.precision =
           read_word<Precision>(*precision, {{"single", Precision::single_}, {"double", Precision::double_}},
                                scene.precision, mistakes);
+  }
+  if (tissue) {
     if (Node* electrophysiology = take_map(*scene_node, "electrophysiology", mistakes))
       read_electrophysiology(*electrophysiology, scene, mistakes);
     if (Node* stimuli = take_map(*scene_node, "stimuli", mistakes)) read_stimuli(*stimuli, scene, mistakes);
@@ -306,6 +240,7 @@ void read_structure(Node* scene_node, Node* outputs_node, const std::string& fil
     }
   }
   if (outputs_node) read_outputs(*outputs_node, scene, mistakes);
+  if (scene_node) read_loads(*scene_node, outputs_node, scene, mistakes);
 }
 
 }  // namespace cohort

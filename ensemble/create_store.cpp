@@ -98,6 +98,10 @@ void write_dataset(hid_t dataset, hid_t type, const std::vector<T>& values) {
     hdf5::check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "write");
 }
 
+void write_rate(hid_t dataset, const std::vector<double>& times_ms) {
+  if (times_ms.size() > 1) hdf5::write_attribute(dataset, "rate_hz", 1000 / (times_ms[1] - times_ms[0]));
+}
+
 /// Attributes and what is known before the first member runs.
 void describe(hid_t dataset, Column column, const Schema& schema) {
   const auto& layout = schema.layout;
@@ -137,13 +141,22 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
                   std::vector<std::int32_t>(static_cast<std::size_t>(schema.members), -1));
   } else if (column == Column::ecg) {
     hdf5::write_attribute(dataset, "leads", layout.leads);
-    if (layout.ecg_ms.size() > 1)
-      hdf5::write_attribute(dataset, "rate_hz", 1000 / (layout.ecg_ms[1] - layout.ecg_ms[0]));
+    write_rate(dataset, layout.ecg_ms);
+  } else if (column == Column::pv_pressure || column == Column::pv_volume) {
+    hdf5::write_attribute(dataset, "compartments", layout.compartments);
+    write_rate(dataset, layout.pv_ms);
+  } else if (column == Column::displacement) {
+    hdf5::write_attribute(dataset, "points", layout.points);
+    write_rate(dataset, layout.displacement_ms);
   } else if (column == Column::features) {
     hdf5::write_attribute(dataset, "names", layout.features);
     hdf5::write_attribute(dataset, "units", layout.feature_units);
   } else if (column == Column::time_ecg_ms) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.ecg_ms);
+  } else if (column == Column::time_pv_ms) {
+    write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.pv_ms);
+  } else if (column == Column::time_displacement_ms) {
+    write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.displacement_ms);
   }
 }
 
@@ -179,14 +192,16 @@ void write_hdf5(const fs::path& path, const Schema& schema) {
   hdf5::check(H5Pset_file_locking(access, false, true), what);  // flock fails on some shared file systems
   hdf5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, what);
   write_root(file, schema);
-  for (const char* name : {"/members", "/time", "/performance"}) {
+  std::vector<const char*> groups = {"/members", "/time", "/performance"};
+  if (!schema.layout.compartments.empty()) groups.push_back("/pv");
+  for (const char* name : groups) {
     const hdf5::Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, name);
     hdf5::check(H5Pset_obj_track_times(properties, false), name);
     const hdf5::Handle group(H5Gcreate2(file, name, H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, name);
   }
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto column = static_cast<Column>(i);
-    if ((column == Column::ecg || column == Column::time_ecg_ms) && shape(column, schema)[0] == 0) continue;
+    if (is_series(column) && shape(column, schema)[0] == 0) continue;
     hdf5::Handle dataset = create_dataset(file, column, schema);
     describe(dataset, column, schema);
     dataset.close(spec(column).path);

@@ -28,7 +28,8 @@ std::string list(const std::vector<double>& values) {
 }
 
 std::string geometry(const Scene& scene) {
-  std::string text = fmt::format("geometry {}\n", word(scene.geometry, {"box", "shapes", "heart", "labels"}));
+  std::string text =
+      fmt::format("geometry {}\n", word(scene.geometry, {"none", "box", "shapes", "heart", "labels"}));
   for (const Shape& shape : scene.shapes)
     text += fmt::format("shape {} {} [{}]\n", shape.name,
                         word(shape.kind, {"box", "ellipsoid", "cylinder", "cone", "capsule", "half_space",
@@ -70,6 +71,24 @@ std::string physics(const Scene& scene) {
   return text;
 }
 
+std::string loads(const Scene& scene) {
+  std::string text;
+  if (scene.mechanics) {
+    const Mechanics& mechanics = *scene.mechanics;
+    text += fmt::format("mechanics law {} tension \"{}\"{}\n", mechanics.law, mechanics.tension,
+                        mechanics.quasi_static ? " quasi-static" : "");
+    for (const Mechanics::Cavity& cavity : mechanics.cavities)
+      text += fmt::format("cavity {} \"{}\"\n", cavity.name, cavity.shape);
+    for (const Mechanics::Boundary& condition : mechanics.boundary)
+      text += fmt::format("boundary {} of {} {}\n", condition.name, condition.surface,
+                          word(condition.kind, {"clamp", "clamp normal", "spring", "spring normal"}));
+  }
+  if (scene.circulation)
+    text += fmt::format("circulation {}\n", word(scene.circulation->kind, {"closed_loop", "windkessel"}));
+  if (scene.beats) text += "beats\n";
+  return text;
+}
+
 /// The torso stands with the ECG, the only output that needs one.
 std::string outputs(const Scene& scene) {
   std::string text;
@@ -79,6 +98,9 @@ std::string outputs(const Scene& scene) {
   if (scene.activation)
     text += fmt::format("activation [{}]{}\n", fmt::join(scene.activation->probes, " "),
                         scene.activation->beats ? " beats" : "");
+  if (scene.pv) text += "pv\n";
+  if (scene.displacement)
+    text += fmt::format("displacement [{}]\n", fmt::join(scene.displacement->points, " "));
   return text;
 }
 
@@ -93,7 +115,7 @@ std::string sampled(const SampledParameter& parameter) {
 
 std::string canonical_text(const Campaign& campaign) {
   const Scene& scene = campaign.scene;
-  std::string text = geometry(scene) + physics(scene) + outputs(scene);
+  std::string text = geometry(scene) + physics(scene) + loads(scene) + outputs(scene);
   for (const Parameter& parameter : scene.parameters.all())
     text += fmt::format("{}={}\n", parameter.path, number(parameter.value));
   for (const SampledParameter& parameter : campaign.parameters) text += sampled(parameter);

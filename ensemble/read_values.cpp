@@ -200,6 +200,33 @@ Node* require_map(Node& map, const std::string& key, Mistakes& mistakes) {
   return expect_map(*node, node->name, mistakes) ? node : nullptr;
 }
 
+Node::Entry* exactly_one(Node& map, const std::vector<std::string>& words, Mistakes& mistakes) {
+  Node::Entry* chosen = nullptr;
+  for (const std::string& word : words) map.known.insert(word);
+  for (Node::Entry& entry : map.entries) {
+    if (std::find(words.begin(), words.end(), entry.key) == words.end()) continue;
+    if (!chosen) {
+      chosen = &entry;
+      continue;
+    }
+    entry.value.read = true;
+    if (entry.key != chosen->key)
+      mistakes.add(entry.place, fmt::format("{} takes one of {}; it has \"{}\" and \"{}\"", map.name,
+                                            fmt::join(words, ", "), chosen->key, entry.key));
+  }
+  if (!chosen) {
+    // A misspelt word is told by the unknown key that it is; only an absent one is told here.
+    const bool misspelt = std::any_of(map.entries.begin(), map.entries.end(), [&](const Node::Entry& entry) {
+      return !map.known.contains(entry.key) && suggestion(entry.key, words).starts_with("; did");
+    });
+    if (misspelt)
+      check_keys(map, {}, mistakes);
+    else
+      mistakes.add(map.place, fmt::format("{} needs one of {}", map.name, fmt::join(words, ", ")));
+  }
+  return chosen;
+}
+
 void check_keys(Node& map, const std::vector<std::string>& also, Mistakes& mistakes) {
   std::vector<std::string> known(map.known.begin(), map.known.end());
   known.insert(known.end(), also.begin(), also.end());

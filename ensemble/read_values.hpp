@@ -50,6 +50,9 @@ Node* require_map(Node& map, const std::string& key, Mistakes& mistakes);
 /// True where `node` is a map or empty; else adds a mistake.
 bool expect_map(Node& node, const std::string& what, Mistakes& mistakes);
 
+/// The one key of `map` among `words`, or null after a mistake. Marks what else stands there of them as read.
+Node::Entry* exactly_one(Node& map, const std::vector<std::string>& words, Mistakes& mistakes);
+
 /// Adds a mistake for each key of `map` that is neither known nor in `also`.
 void check_keys(Node& map, const std::vector<std::string>& also, Mistakes& mistakes);
 /// True where `name` can be a part of a path (a letter, then letters, digits, underscores); else adds a

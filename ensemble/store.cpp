@@ -18,13 +18,15 @@
 namespace cohort {
 namespace {
 
+constexpr int most_axes = 4;
 constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What the checksum of a row covers, in this order, and after them the status byte. `seed` differs from row
 /// to row: a row that stands in another's place is found too.
 constexpr Column checksummed[] = {
-    Column::seed,   Column::parameters,   Column::unit_parameters, Column::ecg,   Column::features,
-    Column::reason, Column::failed_at_ms, Column::dt_ms,           Column::dx_mm, Column::error_estimate};
+    Column::seed,      Column::parameters,   Column::unit_parameters, Column::ecg,    Column::pv_pressure,
+    Column::pv_volume, Column::displacement, Column::features,        Column::reason, Column::failed_at_ms,
+    Column::dt_ms,     Column::dx_mm,        Column::error_estimate};
 
 std::string system_message(int error) {
   return std::generic_category().message(error);
@@ -122,13 +124,13 @@ Store::Store(const std::filesystem::path& path, Access access) : path_(path) {
     campaign_ = hdf5::read_text(file, "campaign");
     for (std::size_t i = 0; i < column_count; ++i) {
       const auto* dataset_path = column_specs[i].path;
-      if (H5Lexists(file, dataset_path, H5P_DEFAULT) <= 0) continue;  // no ECG recorded
+      if (H5Lexists(file, dataset_path, H5P_DEFAULT) <= 0) continue;  // a series that is not recorded
       const hdf5::Handle dataset(H5Dopen2(file, dataset_path, H5P_DEFAULT), H5Dclose, name);
       const hdf5::Handle space(H5Dget_space(dataset), H5Sclose, name);
       const hdf5::Handle type(H5Dget_type(dataset), H5Tclose, name);
-      hsize_t sizes[3] = {};
+      hsize_t sizes[most_axes] = {};
       const int rank = H5Sget_simple_extent_ndims(space);
-      if (rank < 1 || rank > 3 || H5Tget_size(type) != column_specs[i].element_bytes())
+      if (rank < 1 || rank > most_axes || H5Tget_size(type) != column_specs[i].element_bytes())
         throw std::runtime_error(name + ": " + dataset_path +
                                  " has another shape or type than this version of cohort writes");
       hdf5::check(H5Sget_simple_extent_dims(space, sizes, nullptr), name);
@@ -259,7 +261,7 @@ RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recor
   RowImage image;
   std::uint32_t sum = 0;
   for (const auto column : checksummed) {
-    if (column != Column::ecg || rows(Column::ecg) > 0) {
+    if (!is_series(column) || rows(column) > 0) {
       auto bytes = [&]() -> std::vector<char> {
         switch (column) {
           case Column::seed:
@@ -270,6 +272,12 @@ RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recor
             return slice(samples.unit);
           case Column::ecg:
             return bytes_of_floats(recording.ecg, row_bytes(column), "the ECG");
+          case Column::pv_pressure:
+            return bytes_of_floats(recording.pressure, row_bytes(column), "pressure");
+          case Column::pv_volume:
+            return bytes_of_floats(recording.volume, row_bytes(column), "volume");
+          case Column::displacement:
+            return bytes_of_floats(recording.displacement, row_bytes(column), "displacement");
           case Column::features:
             return bytes_of_floats(recording.features, row_bytes(column), "features");
           case Column::reason:

@@ -102,6 +102,10 @@ int Device::vector_width(bool double_precision) const {
   return double_precision ? 4 : 8;
 }
 
+bool Device::has_double() const {
+  return info_.handle.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
+}
+
 bool Device::fits_argument(std::size_t bytes) const {
   constexpr std::size_t others = 512;
   return bytes + others <= info_.handle.getInfo<CL_DEVICE_MAX_PARAMETER_SIZE>();

@@ -37,6 +37,9 @@ class Device {
   /// Lanes of the explicit vectors that hot kernels use: 1 on GPUs, 8 on CPUs (4 in double precision).
   int vector_width(bool double_precision) const;
 
+  /// Whether kernels may use double precision.
+  bool has_double() const;
+
   /// Whether a kernel takes an argument of so many bytes beside some dozens of others.
   bool fits_argument(std::size_t bytes) const;
 

@@ -12,6 +12,7 @@
 #include "solver/forward_ecg.hpp"
 #include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
+#include "solver/mechanics.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
@@ -207,17 +208,19 @@ void check_second_stimuli(const Scene& scene, std::span<const Member> members, c
   }
 }
 
-void check_layers(const Scene& scene, std::span<const Member> members, const Member& base) {
+/// `defect_of` says why a member's values cannot be run; nothing runs where that is so of all.
+void check_values(const Scene& scene, std::span<const Member> members, const Member& base,
+                  std::string (*defect_of)(const Scene&, std::span<const double>)) {
   const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
-  std::size_t crossing = 0;
+  std::size_t rejected = 0;
   std::string why;
   for (const Member& member : all)
-    if (const std::string defect = layer_defect(scene, member.values); !defect.empty()) {
-      if (crossing == 0) why = defect;
-      ++crossing;
+    if (const std::string defect = defect_of(scene, member.values); !defect.empty()) {
+      if (rejected == 0) why = defect;
+      ++rejected;
     }
-  if (crossing == all.size()) throw std::invalid_argument(why);
-  if (crossing > 0) spdlog::warn("{}, in {} of {} members: they will be rejected", why, crossing, all.size());
+  if (rejected == all.size()) throw std::invalid_argument(why);
+  if (rejected > 0) spdlog::warn("{}, in {} of {} members: they will be rejected", why, rejected, all.size());
 }
 
 }  // namespace
@@ -261,7 +264,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
-  check_layers(scene, members, base);
+  check_values(scene, members, base, layer_defect);
+  check_values(scene, members, base, law_defect);
   warn_of_labels(scene);
   warn_of_protocol(scene, members, base);
   warn_of_probes(scene, tissue, base);

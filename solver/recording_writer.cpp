@@ -5,6 +5,8 @@
 
 #include "solver/ecg_features.hpp"
 #include "solver/features.hpp"
+#include "solver/pv_features.hpp"
+#include "solver/pv_output.hpp"
 #include "solver/time_steps.hpp"
 
 namespace cohort {
@@ -16,15 +18,20 @@ Layout layout(const Scene& scene) {
     const double interval = sampling_interval_ms(scene);
     for (int k = 0; k < samples_of(scene); ++k) result.ecg_ms.push_back(k * interval);
   }
-  for (const auto& [name, unit] : activation_feature_names(scene)) {
-    result.features.push_back(name);
-    result.feature_units.push_back(unit);
-  }
-  if (!scene.ecg) return result;
-  for (const auto& [name, unit] : ecg_feature_names()) {
-    result.features.push_back(name);
-    result.feature_units.push_back(unit);
-  }
+  result.compartments = pv_compartments(scene);
+  result.pv_ms = pv_times_ms(scene);
+  if (scene.displacement) result.points = scene.displacement->points;
+  result.displacement_ms = displacement_times_ms(scene);
+
+  const auto add = [&](const std::vector<std::pair<std::string, std::string>>& features) {
+    for (const auto& [name, unit] : features) {
+      result.features.push_back(name);
+      result.feature_units.push_back(unit);
+    }
+  };
+  add(activation_feature_names(scene));
+  if (scene.ecg) add(ecg_feature_names());
+  if (scene.pv) add(pv_feature_names(result.compartments));
   return result;
 }
 
@@ -37,6 +44,9 @@ Recording RecordingWriter::blank(double dx_mm) const {
   recording.outcome = Outcome::done;
   recording.dx_mm = dx_mm;
   recording.ecg.assign(layout_.leads.size() * layout_.ecg_ms.size(), nothing);
+  recording.pressure.assign(layout_.compartments.size() * layout_.pv_ms.size(), nothing);
+  recording.volume = recording.pressure;
+  recording.displacement.assign(layout_.points.size() * 3 * layout_.displacement_ms.size(), nothing);
   recording.features.assign(layout_.features.size(), nothing);
   return recording;
 }
@@ -85,6 +95,8 @@ void RecordingWriter::store_features(const Tissue& tissue, std::span<const float
     const std::vector<float> measured = ecg_features(recording.ecg, sampling_interval_ms(scene_));
     features.insert(features.end(), measured.begin(), measured.end());
   }
+  const std::vector<float> loops = recorded_pv_features(scene_, recording, member.values);
+  features.insert(features.end(), loops.begin(), loops.end());
   recording.features = std::move(features);
 }
 

@@ -29,17 +29,23 @@ struct Recording {
   Outcome outcome = Outcome::failed;
   std::string reason;  ///< empty when done
   double failed_at_ms = std::numeric_limits<double>::quiet_NaN();
-  std::vector<float> ecg;       ///< (leads, samples) mV, row-major; empty without an ECG request
-  std::vector<float> features;  ///< Layout::features, NaN where undefined
+  std::vector<float> ecg;               ///< (leads, samples) mV, row-major; empty without an ECG request
+  std::vector<float> pressure, volume;  ///< (compartments, samples) mmHg, mL; empty without a pv request
+  std::vector<float> displacement;      ///< (points, 3, samples) mm; empty without a displacement request
+  std::vector<float> features;          ///< Layout::features, NaN where undefined
   double dt_ms = 0, dx_mm = 0;
   double wall_s = 0, setup_s = 0, device_s = 0;  ///< timings, shares of the batch
 };
 
 /// Shapes and names of what every member of a scene records.
 struct Layout {
-  std::vector<std::string> leads;     ///< I II III aVR aVL aVF V1 ... V6, or empty
-  std::vector<double> ecg_ms;         ///< sample times
-  std::vector<std::string> features;  ///< names
+  std::vector<std::string> leads;         ///< I II III aVR aVL aVF V1 ... V6, or empty
+  std::vector<double> ecg_ms;             ///< sample times
+  std::vector<std::string> compartments;  ///< of pressure and volume (solver/pv_output.hpp), or empty
+  std::vector<double> pv_ms;              ///< sample times, from the start of what is recorded
+  std::vector<std::string> points;        ///< whose displacement is recorded, or empty
+  std::vector<double> displacement_ms;    ///< sample times, from the start of what is recorded
+  std::vector<std::string> features;      ///< names
   std::vector<std::string> feature_units;
 };
 Layout layout(const Scene& scene);

@@ -51,9 +51,21 @@ inline Layout layout(std::size_t samples = 200) {
   Layout l;
   l.leads = {"I", "II", "III", "aVR", "aVL", "aVF", "V1", "V2", "V3", "V4", "V5", "V6"};
   for (std::size_t i = 0; i < samples; ++i) l.ecg_ms.push_back(static_cast<double>(i));
+  l.compartments = {"LV", "aorta"};
+  for (int i = 0; i < 20; ++i) l.pv_ms.push_back(2 * i);
+  l.points = {"apex"};
+  l.displacement_ms = {0, 10, 20};
   l.features = {"qrs_ms", "qt_ms"};
   l.feature_units = {"ms", "ms"};
   return l;
+}
+
+/// Numbers that are a function of the member's values, another for each `kind` of series.
+inline std::vector<float> series(const Member& member, std::size_t count, double kind) {
+  std::vector<float> numbers;
+  for (std::size_t i = 0; i < count; ++i)
+    numbers.push_back(static_cast<float>(member.values[0] * kind + std::sqrt(static_cast<double>(i))));
+  return numbers;
 }
 
 /// An "ECG" that is a function of the member's values; members 5, 11 and 17 end badly.
@@ -72,6 +84,9 @@ inline Recording simulate(const Member& member, const Layout& layout) {
     for (const double t : layout.ecg_ms)
       r.ecg.push_back(static_cast<float>(std::sin(member.values[0] * 0.01 * t + static_cast<double>(lead)) *
                                          member.values[1]));
+  r.pressure = series(member, layout.compartments.size() * layout.pv_ms.size(), 2);
+  r.volume = series(member, layout.compartments.size() * layout.pv_ms.size(), 3);
+  r.displacement = series(member, layout.points.size() * 3 * layout.displacement_ms.size(), 4);
   r.features = {static_cast<float>(member.values[0]), static_cast<float>(member.values[1])};
   return r;
 }

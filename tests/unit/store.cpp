@@ -12,6 +12,7 @@
 #include <csignal>
 #include <fstream>
 
+#include "ensemble/hdf5.hpp"
 #include "ensemble/status.hpp"
 #include "tests/robustness/fake_campaign.hpp"
 
@@ -60,6 +61,14 @@ class StoreTest : public ::testing::Test {
     EXPECT_EQ(pread(store.file(), &value, sizeof value, at), static_cast<ssize_t>(sizeof value));
     return value;
   }
+  template <typename T>
+  std::vector<T> row(const Store& store, Column column, std::size_t index) const {
+    std::vector<T> values(store.row_bytes(column) / sizeof(T));
+    const auto at = store.offset(column) + static_cast<off_t>(index * store.row_bytes(column));
+    EXPECT_EQ(pread(store.file(), values.data(), store.row_bytes(column), at),
+              static_cast<ssize_t>(store.row_bytes(column)));
+    return values;
+  }
   void flip_a_bit(off_t offset) {
     std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
     file.seekg(offset);
@@ -82,11 +91,14 @@ TEST_F(StoreTest, IsCreatedWholeWithEveryMemberQueued) {
   for (std::size_t i = 0; i < 10; ++i) {
     EXPECT_EQ(read<double>(store, Column::parameters, i), s.samples.physical[2 * i]);
     EXPECT_EQ(read<double>(store, Column::unit_parameters, i), s.samples.unit[2 * i]);
-    EXPECT_TRUE(std::isnan(read<float>(store, Column::ecg, i)));
-    EXPECT_TRUE(std::isnan(read<float>(store, Column::features, i)));
+    for (const auto column :
+         {Column::ecg, Column::pv_pressure, Column::pv_volume, Column::displacement, Column::features})
+      for (const float number : row<float>(store, column, i)) EXPECT_TRUE(std::isnan(number));
     EXPECT_TRUE(std::isnan(read<double>(store, Column::wall_s, i)));
   }
   EXPECT_EQ(read<double>(store, Column::time_ecg_ms, 7), 7);
+  EXPECT_EQ(read<double>(store, Column::time_pv_ms, 7), 14);
+  EXPECT_EQ(read<double>(store, Column::time_displacement_ms, 2), 20);
 }
 
 TEST_F(StoreTest, DatasetsBeginOnPagesAndDoNotOverlap) {
@@ -120,15 +132,23 @@ TEST_F(StoreTest, TakesACampaignLongerThanAnObjectHeader) {
   EXPECT_EQ(Store(path_).campaign(), s.campaign);
 }
 
-TEST_F(StoreTest, WithoutAnEcgThereIsNone) {
+TEST_F(StoreTest, WhatIsNotRecordedIsNotThere) {
   auto layout = fake::layout();
   layout.leads.clear();
   layout.ecg_ms.clear();
+  layout.compartments.clear();
+  layout.points.clear();
   const auto s = schema(4, 7, layout);
   create(s);
   Store store(path_, Store::Access::write);
   EXPECT_NO_THROW(store.require(s));
-  EXPECT_EQ(store.rows(Column::ecg), 0u);
+  const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  for (const auto column : {Column::ecg, Column::pv_pressure, Column::pv_volume, Column::displacement,
+                            Column::time_ecg_ms, Column::time_pv_ms, Column::time_displacement_ms})
+    EXPECT_EQ(store.rows(column), 0u) << spec(column).path;
+  for (const char* path : {"/ecg", "/pv", "/displacement", "/time/pv_ms"})
+    EXPECT_LE(H5Lexists(file, path, H5P_DEFAULT), 0) << path;
+  H5Fclose(file);
   Recording recording;
   recording.outcome = Outcome::done;
   recording.features = {1, 2};
@@ -155,17 +175,38 @@ TEST_F(StoreTest, ARowComesBackAsItWasCommitted) {
   store.commit(std::vector{store.prepare(2, s.samples, recording,
                                          {.attempts = 2, .crashes = 1, .rank = 3, .device = "a device"})});
   EXPECT_EQ(store.statuses(), (std::vector{Status::queued, Status::queued, Status::done, Status::queued}));
-  std::vector<float> ecg(recording.ecg.size());
-  const auto bytes = store.row_bytes(Column::ecg);
-  ASSERT_EQ(pread(store.file(), ecg.data(), bytes, store.offset(Column::ecg) + 2 * static_cast<off_t>(bytes)),
-            static_cast<ssize_t>(bytes));
-  EXPECT_EQ(ecg, recording.ecg);
+  EXPECT_EQ(row<float>(store, Column::ecg, 2), recording.ecg);
+  EXPECT_EQ(row<float>(store, Column::pv_pressure, 2), recording.pressure);
+  EXPECT_EQ(row<float>(store, Column::pv_volume, 2), recording.volume);
+  EXPECT_EQ(row<float>(store, Column::displacement, 2), recording.displacement);
   const auto account = store.account(2);
   EXPECT_EQ(account.attempts, 2);
   EXPECT_EQ(account.crashes, 1);
   EXPECT_EQ(account.rank, 3);
   EXPECT_EQ(account.device, "a device");
   EXPECT_TRUE(store.row_is_intact(2));
+}
+
+TEST_F(StoreTest, SeriesHaveTheirShapesNamesAndUnits) {
+  create(schema(4));
+  const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  using Texts = std::vector<std::string>;
+  const auto expect = [&](const char* path, const std::vector<hsize_t>& shape, const std::string& unit,
+                          const char* attribute, const Texts& names) {
+    const hid_t dataset = H5Dopen2(file, path, H5P_DEFAULT);
+    const hid_t space = H5Dget_space(dataset);
+    std::vector<hsize_t> extents(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+    H5Sget_simple_extent_dims(space, extents.data(), nullptr);
+    EXPECT_EQ(extents, shape) << path;
+    EXPECT_EQ(hdf5::read_text(dataset, "units"), unit) << path;
+    EXPECT_EQ(hdf5::read_texts(dataset, attribute), names) << path;
+    H5Sclose(space);
+    H5Dclose(dataset);
+  };
+  expect("/pv/pressure", {4, 2, 20}, "mmHg", "compartments", {"LV", "aorta"});
+  expect("/pv/volume", {4, 2, 20}, "mL", "compartments", {"LV", "aorta"});
+  expect("/displacement", {4, 1, 3, 3}, "mm", "points", {"apex"});
+  H5Fclose(file);
 }
 
 TEST_F(StoreTest, AReasonIsCutBetweenCharacters) {
@@ -193,7 +234,8 @@ TEST_F(StoreTest, VerifyFindsASpoiltRowInEveryColumnItCovers) {
   create(s);
   const auto all = members(fake::campaign(6));
   for (const auto column :
-       {Column::parameters, Column::ecg, Column::features, Column::reason, Column::dt_ms, Column::seed}) {
+       {Column::parameters, Column::ecg, Column::pv_pressure, Column::pv_volume, Column::displacement,
+        Column::features, Column::reason, Column::dt_ms, Column::seed}) {
     {
       Store store(path_, Store::Access::write);
       std::vector<RowImage> rows;

@@ -1,0 +1,431 @@
+#include "solver/circulation.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace cohort {
+
+namespace {
+
+constexpr const char* regazzoni = "Regazzoni et al. 2022";
+constexpr const char* by_choice = "chosen";
+constexpr std::array<const char*, 4> valve_names = {"mitral", "aortic", "tricuspid", "pulmonary"};
+constexpr std::array<const char*, 4> vessel_names = {"systemic.arterial", "systemic.venous",
+                                                     "pulmonary.arterial", "pulmonary.venous"};
+constexpr std::size_t heart_state_bytes = 1024;  // HEART_STATE_BYTES of kernels/beats.clh
+
+bool closed_loop(const Scene& scene) {
+  return scene.circulation->kind == Circulation::Kind::closed_loop;
+}
+
+// A windkessel has one chamber and the two valves of it.
+std::size_t chambers_of(const Scene& scene) {
+  return closed_loop(scene) ? chamber_count : 1;
+}
+std::size_t valves_of(const Scene& scene) {
+  return closed_loop(scene) ? 4 : 2;
+}
+
+std::size_t compartments_of(const Scene& scene) {
+  return closed_loop(scene) ? 6 : 2;
+}
+
+bool ventricles_of_tissue(const Scene& scene) {
+  return is_tissue(scene, Chamber::lv) || is_tissue(scene, Chamber::rv);
+}
+
+bool any_tissue(const Scene& scene) {
+  for (std::size_t q = 0; q < chamber_count; ++q)
+    if (is_tissue(scene, static_cast<Chamber>(q))) return true;
+  return false;
+}
+
+void declare_beat(Scene& scene) {
+  const char* source = "75 beats per minute, as Regazzoni et al. 2022";
+  Parameter length{scene.beats ? "time.beats.length_ms" : "time.beat_ms",
+                   "ms",
+                   800,
+                   200,
+                   5000,
+                   "period of the heart",
+                   source};
+  Parameter until{
+      "time.beats.until_periodic",
+      "1",
+      0.01,
+      0,
+      1,
+      "beats end when no extremum of any pressure or volume differs by more from the beat before, "
+      "relative to itself or to 1 mmHg or 1 mL, whichever is more",
+      by_choice};
+  Parameter at_most{"time.beats.at_most", "1", 10, 1, 10000, "beats at most, a whole number", by_choice};
+  length.structural = until.structural = at_most.structural = true;
+  scene.parameters.add(length);
+  if (!scene.beats) return;
+  scene.parameters.add(until);
+  scene.parameters.add(at_most);
+}
+
+struct Elastance {
+  double active, passive, start_ms, contraction_ms, relaxation_ms, unstressed_mL;
+};
+
+// Regazzoni's, whose atria contract with the ventricles (0.9 s, modulo a beat of 0.8 s). Before ventricles of
+// tissue the atria contract before them.
+Elastance default_elastance(const Scene& scene, Chamber chamber) {
+  const bool before_tissue = ventricles_of_tissue(scene);
+  switch (chamber) {
+    case Chamber::lv:
+      return {4.482, 0.170, 100, 250, 400, 42};
+    case Chamber::rv:
+      return {0.200, 0.029, 100, 250, 400, 16};
+    case Chamber::la:
+      return before_tissue ? Elastance{0.07, 0.15, 670, 100, 100, 4}
+                           : Elastance{0.07, 0.18, 900, 170, 170, 4};
+    case Chamber::ra:
+      return before_tissue ? Elastance{0.06, 0.07, 670, 100, 100, 4}
+                           : Elastance{0.06, 0.07, 900, 170, 170, 4};
+  }
+  throw std::logic_error("unknown chamber");
+}
+
+constexpr const char* before_ventricles = "measured on ventricles of tissue: solver/README.md";
+
+void declare_chambers(Scene& scene) {
+  for (std::size_t q = 0; q < chambers_of(scene); ++q) {
+    const auto chamber = static_cast<Chamber>(q);
+    if (is_tissue(scene, chamber)) continue;
+    const bool atrium = chamber == Chamber::la || chamber == Chamber::ra;
+    const char* source = atrium && ventricles_of_tissue(scene) ? before_ventricles : regazzoni;
+    const std::string root = std::string("circulation.") + chamber_names[q] + ".";
+    const Elastance e = default_elastance(scene, chamber);
+    ParameterTable& table = scene.parameters;
+    table.add({root + "active_elastance_mmHg_per_mL", "mmHg/mL", e.active, 0, 50,
+               "what contraction adds to the elastance", source});
+    table.add({root + "passive_elastance_mmHg_per_mL", "mmHg/mL", e.passive, 1e-3, 10, "elastance at rest",
+               source});
+    table.add({root + "contraction_start_ms", "ms", e.start_ms, 0, 5000,
+               "when contraction begins, in each beat (modulo its length)", source});
+    table.add({root + "contraction_ms", "ms", e.contraction_ms, 1, 2000, "how long elastance rises", source});
+    table.add({root + "relaxation_ms", "ms", e.relaxation_ms, 1, 2000, "how long it falls", source});
+    table.add(
+        {root + "unstressed_volume_mL", "mL", e.unstressed_mL, 0, 500, "volume without pressure", source});
+  }
+}
+
+void declare_valves(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "circulation.valves.";
+  const Parameter open{
+      root + "open_resistance_mmHg_s_per_mL", "mmHg s/mL", 0.0075, 1e-4, 10, "of an open valve", regazzoni},
+      closed{root + "closed_resistance_mmHg_s_per_mL",   "mmHg s/mL", 75006.2, 0.01, 1e9,
+             "of a closed valve; less is regurgitation", regazzoni};
+  table.add(open);
+  table.add(closed);
+  table.add({root + "opening_pressure_mmHg", "mmHg", std::log(75006.2 / 0.0075) / (100 * M_PI * M_PI), 0, 10,
+             "that an open valve holds back",
+             "asymptote of the smoothed valve of Regazzoni et al. 2022: solver/README.md"});
+  for (std::size_t v = 0; v < valves_of(scene); ++v)
+    for (Parameter own : {open, closed}) {
+      own.inherits = own.path;
+      own.path = root + valve_names[v] + own.path.substr(root.size() - 1);
+      own.meaning = std::string(valve_names[v]) + " valve: " + own.meaning;
+      own.value = inherited;
+      table.add(own);
+    }
+}
+
+void declare_vessels(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  struct Vessel {
+    double resistance, compliance, inertance;
+    const char* source;
+  };
+  const bool tissue = ventricles_of_tissue(scene);
+  const std::array<Vessel, 4> vessels = {
+      {{0.733, 1.372, 0.005, regazzoni},
+       {0.32, 11.363, 0.0005, regazzoni},
+       {0.046, tissue ? 10. : 20., 0.0005, tissue ? before_ventricles : regazzoni},
+       {0.0015, 16, 0.0005, regazzoni}}};
+  for (std::size_t k = 0; k < vessels.size(); ++k) {
+    const std::string root = std::string("circulation.") + vessel_names[k];
+    table.add({root + "_resistance_mmHg_s_per_mL", "mmHg s/mL", vessels[k].resistance, 1e-4, 50, "resistance",
+               regazzoni});
+    table.add({root + "_compliance_mL_per_mmHg", "mL/mmHg", vessels[k].compliance, 0.01, 500, "compliance",
+               vessels[k].source});
+    table.add({root + "_inertance_mmHg_s2_per_mL", "mmHg s2/mL", vessels[k].inertance, 0, 1,
+               "inertance of the blood", regazzoni});
+  }
+}
+
+void declare_windkessel(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "circulation.windkessel.";
+  const char* source = "systemic circulation of Regazzoni et al. 2022";
+  table.add({root + "peripheral_resistance_mmHg_s_per_mL", "mmHg s/mL", 1.053, 1e-3, 50,
+             "from the arteries to the veins", source});
+  table.add({root + "compliance_mL_per_mmHg", "mL/mmHg", 1.372, 0.01, 500, "of the arteries", source});
+  table.add({root + "characteristic_resistance_mmHg_s_per_mL", "mmHg s/mL", 0.05, 0, 10,
+             "impedance of the aorta, between the valve and the compliance",
+             "chosen, 5 % of the resistance"});
+  table.add({root + "filling_pressure_mmHg", "mmHg", 10, -20, 100, "behind the mitral valve", by_choice});
+  table.add(
+      {root + "venous_pressure_mmHg", "mmHg", 5, -20, 100, "behind the peripheral resistance", by_choice});
+}
+
+// Blood and flows at the start: of Regazzoni's, or of a periodic beat with ventricles of tissue.
+void declare_start(Scene& scene) {
+  ParameterTable& table = scene.parameters;
+  const std::string root = "circulation.initial.";
+  const bool tissue = ventricles_of_tissue(scene);
+  const char* source = tissue ? "a periodic beat with ventricles of tissue" : regazzoni;
+  const std::array<double, chamber_count> volumes = {118.520, 166.177, tissue ? 31 : 87.183,
+                                                     tissue ? 42.2 : 86.833};
+  for (std::size_t q = 0; q < chambers_of(scene); ++q)
+    if (!is_tissue(scene, static_cast<Chamber>(q)))
+      table.add(
+          {root + chamber_names[q] + "_volume_mL", "mL", volumes[q], 0, 1000, "volume at the start", source});
+  if (!closed_loop(scene)) {
+    table.add({root + "arterial_pressure_mmHg", "mmHg", 80, 0, 300, "pressure at the start", by_choice});
+    return;
+  }
+  const std::array<double, 4> pressures = tissue ? std::array<double, 4>{85, 33.5, 9.54, 8.47}
+                                                 : std::array<double, 4>{87.675, 35.898, 19.545, 15.004},
+                              flows = tissue ? std::array<double, 4>{70.7, 90.5, 27, -128}
+                                             : std::array<double, 4>{71.104, 94.039, 94.084, 473.279};
+  for (std::size_t k = 0; k < 4; ++k) {
+    std::string name = vessel_names[k];
+    std::replace(name.begin(), name.end(), '.', '_');
+    table.add(
+        {root + name + "_pressure_mmHg", "mmHg", pressures[k], -20, 300, "pressure at the start", source});
+    table.add({root + name + "_flow_mL_per_s", "mL/s", flows[k], -5000, 5000, "flow at the start", source});
+  }
+}
+
+}  // namespace
+
+void declare_circulation(Scene& scene) {
+  if (scene.beats && !scene.circulation)
+    throw std::invalid_argument(
+        "time.beats: beats are compared by their pressures and volumes; add circulation");
+  if (!scene.circulation) return;
+  declare_beat(scene);
+  declare_chambers(scene);
+  declare_valves(scene);
+  if (closed_loop(scene))
+    declare_vessels(scene);
+  else
+    declare_windkessel(scene);
+  declare_start(scene);
+  if (any_tissue(scene)) return;
+  Parameter dt{"circulation.dt_ms", "ms", 0.5, 1e-4, 20, "largest step", "measured: solver/README.md"};
+  dt.structural = true;
+  scene.parameters.add(dt);
+}
+
+double beat_ms(const Scene& scene) {
+  return scene.parameters.value(scene.beats ? "time.beats.length_ms" : "time.beat_ms");
+}
+
+int most_beats(const Scene& scene) {
+  if (scene.beats) return static_cast<int>(std::lround(scene.parameters.value("time.beats.at_most")));
+  return static_cast<int>(std::ceil(scene.parameters.value("time.end_ms") / beat_ms(scene) - 1e-9));
+}
+
+bool is_tissue(const Scene& scene, Chamber chamber) {
+  const std::string name = chamber_names[static_cast<std::size_t>(chamber)];
+  return scene.mechanics && std::any_of(scene.mechanics->cavities.begin(), scene.mechanics->cavities.end(),
+                                        [&](const Mechanics::Cavity& cavity) { return cavity.name == name; });
+}
+
+std::string circulation_defect(const Scene& scene, std::span<const double> values) {
+  const auto value = [&](const std::string& path) {
+    return values[static_cast<std::size_t>(scene.parameters.index(path))];
+  };
+  std::ostringstream text;
+  for (std::size_t q = 0; q < chambers_of(scene); ++q) {
+    if (is_tissue(scene, static_cast<Chamber>(q))) continue;
+    const std::string root = std::string("circulation.") + chamber_names[q];
+    const double length = value(root + ".contraction_ms") + value(root + ".relaxation_ms");
+    if (length > beat_ms(scene)) {
+      text << root << ".contraction_ms and .relaxation_ms are " << length
+           << " ms together, longer than the beat of " << beat_ms(scene) << " ms";
+      return text.str();
+    }
+  }
+  for (std::size_t v = 0; v < valves_of(scene); ++v) {
+    const std::string root = std::string("circulation.valves.") + valve_names[v];
+    const double closed = value(root + ".closed_resistance_mmHg_s_per_mL");
+    double open = value(root + ".open_resistance_mmHg_s_per_mL");
+    if (v == 1 && !closed_loop(scene))
+      open += value("circulation.windkessel.characteristic_resistance_mmHg_s_per_mL");
+    if (closed <= open) {
+      text << root << ".closed_resistance_mmHg_s_per_mL is " << closed << ", no more than the " << open
+           << " mmHg s/mL of the way through the open valve";
+      return text.str();
+    }
+  }
+  return {};
+}
+
+std::string circulation_tables(const Scene& scene, bool single) {
+  const ParameterTable& table = scene.parameters;
+  const auto list = [](const std::string& name, const std::vector<int>& numbers) {
+    std::string text = "constant int " + name + "[] = {";
+    for (const int number : numbers) text += std::to_string(number) + ",";
+    return text + "};\n";
+  };
+  std::vector<int> chambers, valves, vessels, nodes, edges;
+  for (std::size_t q = 0; q < chamber_count; ++q)
+    chambers.push_back(
+        table.find(std::string("circulation.") + chamber_names[q] + ".active_elastance_mmHg_per_mL"));
+  for (const char* valve : valve_names)
+    valves.push_back(
+        table.find(std::string("circulation.valves.") + valve + ".open_resistance_mmHg_s_per_mL"));
+  for (std::size_t q = 0; q < chambers_of(scene); ++q)
+    nodes.push_back(table.find(std::string("circulation.initial.") + chamber_names[q] + "_volume_mL"));
+  std::string text = "#define CIRCULATION_TABLES\n";
+  if (single) text += "#define CIRCULATION_SINGLE\n";
+  if (closed_loop(scene)) {
+    for (const char* vessel : vessel_names) {
+      vessels.push_back(table.index(std::string("circulation.") + vessel + "_resistance_mmHg_s_per_mL"));
+      std::string name = vessel;
+      std::replace(name.begin(), name.end(), '.', '_');
+      nodes.push_back(table.index("circulation.initial." + name + "_pressure_mmHg"));
+      edges.push_back(table.index("circulation.initial." + name + "_flow_mL_per_s"));
+    }
+    text += "#define COMPARTMENTS 6\n";
+  } else {
+    vessels = {table.index("circulation.windkessel.peripheral_resistance_mmHg_s_per_mL"), -1, -1, -1};
+    nodes.push_back(table.index("circulation.initial.arterial_pressure_mmHg"));
+    nodes.push_back(-1);
+    edges = {-1};
+    text += "#define COMPARTMENTS 2\n#define WINDKESSEL\n#define WINDKESSEL_FIRST " +
+            std::to_string(table.index("circulation.windkessel.characteristic_resistance_mmHg_s_per_mL")) +
+            "\n";
+  }
+  text += "#define OPENING_PRESSURE " +
+          std::to_string(table.index("circulation.valves.opening_pressure_mmHg")) + "\n";
+  text += "#define HEART_STATE_BYTES " + std::to_string(heart_state_bytes) + "\n";
+  return text + list("chamber_first", chambers) + list("valve_first", valves) +
+         list("vessel_first", vessels) + list("initial_node", nodes) + list("initial_edge", edges);
+}
+
+std::string instability(const Scene& scene, const HeartStatus& status) {
+  constexpr std::array<const char*, 6> compartments = {
+      "left ventricle", "right ventricle", "left atrium", "right atrium", "aorta", "pulmonary artery"};
+  const bool artery = !closed_loop(scene) && status.where == 1;
+  const std::string place = compartments.at(artery ? 4 : static_cast<std::size_t>(status.where));
+  std::ostringstream text;
+  text.precision(4);
+  switch (status.defect) {
+    case HeartDefect::no_number:
+      text << "the pressure of the " << place << " is no number or beyond 1 MPa (" << status.value
+           << " mmHg)";
+      break;
+    case HeartDefect::empty:
+      text << "the volume of the " << place << " is negative (" << status.value << " mL)";
+      break;
+    case HeartDefect::switching:
+      text << "coupling oscillation: the valves switched " << status.value << " times in a beat";
+      break;
+    case HeartDefect::ringing:
+      text << "coupling oscillation: the pressure of the " << place << " rings from step to step by "
+           << status.value << " mmHg";
+      break;
+    case HeartDefect::steep:
+      text << "coupling oscillation: the pressure of the " << place << " changes by " << status.value
+           << " mmHg/s";
+      break;
+    case HeartDefect::apart:
+      text << "coupling oscillation: the blood of the " << place << " and its volume are " << status.value
+           << " mL apart";
+      break;
+    case HeartDefect::none:
+      break;
+  }
+  return text.str();
+}
+
+std::size_t LumpedCirculation::bytes(const Scene& scene, int members_per_batch, std::size_t samples) {
+  const std::size_t rows = 2 * compartments_of(scene) * samples * sizeof(float);
+  return static_cast<std::size_t>(members_per_batch) *
+         (heart_state_bytes + sizeof(HeartStatus) + sizeof(double) + rows);
+}
+
+LumpedCirculation::LumpedCirculation(Launcher& launcher, const Scene& scene, int members_per_batch,
+                                     std::size_t samples, bool single)
+    : launcher_(launcher),
+      compartments_(compartments_of(scene)),
+      samples_(samples),
+      at_most_(most_beats(scene)),
+      single_(single || !launcher.device().has_double()) {
+  Device& device = launcher.device();
+  std::vector<std::string> options = {"PARAMETERS=" + std::to_string(scene.parameters.size())};
+  if (scene.precision == Precision::double_) options.push_back("DOUBLE");
+  const cl::Program program = device.build({"circulation.clh", "beats.clh", "circulation.cl"}, options,
+                                           circulation_tables(scene, single_));
+  start_ = launcher.handle(program, "start_circulation");
+  advance_ = launcher.handle(program, "advance_circulation");
+  total_ = launcher.handle(program, "total_blood");
+
+  const auto members = static_cast<std::size_t>(members_per_batch);
+  states_ = device.allocate(members * heart_state_bytes);
+  status_ = device.allocate(members * sizeof(HeartStatus));
+  blood_ = device.allocate(members * sizeof(double));
+  pressure_ = device.allocate(members * compartments_ * samples * sizeof(float));
+  volume_ = device.allocate(members * compartments_ * samples * sizeof(float));
+
+  const ParameterTable& table = scene.parameters;
+  const double dt_ms = any_tissue(scene) ? 0 : table.value("circulation.dt_ms");
+  steps_of_beat_ = dt_ms > 0 ? static_cast<int>(std::ceil(beat_ms(scene) / dt_ms)) : 0;
+  const std::vector<double> numbers = {beat_ms(scene), scene.beats ? 0 : table.value("time.end_ms"),
+                                       scene.pv ? 1000 / table.value("outputs.pv.rate_hz") : 1,
+                                       scene.beats ? table.value("time.beats.until_periodic") : 0, dt_ms};
+  const std::vector<std::byte> packed = pack(numbers, single_ ? Precision::single_ : Precision::double_);
+  numbers_ = device.allocate(packed.size());
+  launcher.queue().enqueueWriteBuffer(numbers_, CL_TRUE, 0, packed.size(), packed.data());
+}
+
+void LumpedCirculation::initialise(const cl::Buffer& parameters, int members) {
+  members_ = members;
+  const auto count = static_cast<std::size_t>(members);
+  if (samples_ > 0)
+    for (const cl::Buffer& buffer : {pressure_, volume_})
+      launcher_.queue().enqueueFillBuffer(buffer, std::numeric_limits<float>::quiet_NaN(), 0,
+                                          count * compartments_ * samples_ * sizeof(float));
+  launcher_.counted(start_, count, 0, parameters, states_, numbers_);
+}
+
+void LumpedCirculation::advance(const cl::Buffer& parameters, int steps) {
+  launcher_.counted(advance_, static_cast<std::size_t>(members_), 0, parameters, states_, status_, numbers_,
+                    pressure_, volume_, at_most_, static_cast<int>(samples_), steps);
+}
+
+std::vector<HeartStatus> LumpedCirculation::status() {
+  std::vector<HeartStatus> result(static_cast<std::size_t>(members_));
+  launcher_.queue().enqueueReadBuffer(status_, CL_TRUE, 0, result.size() * sizeof(HeartStatus),
+                                      result.data());
+  return result;
+}
+
+std::vector<double> LumpedCirculation::blood() {
+  const Precision precision = single_ ? Precision::single_ : Precision::double_;
+  launcher_.counted(total_, static_cast<std::size_t>(members_), 0, states_, blood_);
+  std::vector<std::byte> raw(static_cast<std::size_t>(members_) * real_bytes(precision));
+  launcher_.queue().enqueueReadBuffer(blood_, CL_TRUE, 0, raw.size(), raw.data());
+  return unpack(raw, precision);
+}
+
+std::vector<float> LumpedCirculation::series(const cl::Buffer& buffer) {
+  std::vector<float> result(static_cast<std::size_t>(members_) * compartments_ * samples_);
+  if (!result.empty())
+    launcher_.queue().enqueueReadBuffer(buffer, CL_TRUE, 0, result.size() * sizeof(float), result.data());
+  return result;
+}
+
+}  // namespace cohort
