@@ -5,7 +5,7 @@
 // Every buffer is (members, components, points): points x fastest, one work-item each, members the second dimension of the
 // launch. nx, ny, nz are the points of the lattice that is read; results of interpolate, gradient and divergence have one less
 // along each axis, those of the others are on the same lattice, whose rim they leave alone.
-// Coordinates (members, 3, points). Needs deformed_cell.clh and what it needs.
+// Coordinates (members, 3, points). Needs deformed_cell.clh and what it needs; WIDTH is that of common.clh.
 
 // Point of a lattice of (nx, ny, nz) behind the number i of a smaller one, `rim` points off its lower faces.
 inline int lattice_point(int i, int nx, int ny, int small_x, int small_y, int rim) {
@@ -221,18 +221,6 @@ kernel void laplacian_weights(global const real *restrict x, global real *restri
 
 // One damped sweep of Jacobi's method on (identity - diffusion Laplacian) u = b: (dampjac1), and (iejac1) with identity 1 and
 // diffusion nu dt; identity 0 and diffusion -1 is Laplacian u = b. Written as a correction by the residual. The rim is given.
-inline void sweep(const real *weight, global const real *u, global const real *b, global real *result, const size_t first,
-                  const size_t points, const int components, const int i, const int nx, const int ny, const real identity,
-                  const real diffusion, const real damping) {
-  const real scale = damping / (identity - diffusion * weight[13]);
-  for (int c = 0; c < components; ++c) {
-    const size_t row = first + c * points;
-    const real middle = u[row + i];
-    const real residual = b[row + i] - identity * middle + diffusion * apply_weights(weight, u + row, i, nx, ny);
-    result[row + i] = fma(scale, residual, middle);
-  }
-}
-
 kernel void jacobi(global const real *restrict x, global const real *restrict u, global const real *restrict b,
                    global real *restrict result, const int components, const int nx, const int ny, const int nz,
                    const real over_dx, const real identity, const real diffusion, const real damping) {
@@ -244,20 +232,33 @@ kernel void jacobi(global const real *restrict x, global const real *restrict u,
   real weight[27];
   read_neighbours(x + member * 3 * points, points, i, nx, ny, n);
   laplacian_weights_of(n, over_dx, weight);
-  sweep(weight, u, b, result, (size_t)member * components * points, points, components, i, nx, ny, identity, diffusion,
-        damping);
+  const real scale = damping / (identity - diffusion * weight[13]);
+  for (int c = 0; c < components; ++c) {
+    const size_t row = ((size_t)member * components + c) * points;
+    const real middle = u[row + i];
+    const real residual = b[row + i] - identity * middle + diffusion * apply_weights(weight, u + row, i, nx, ny);
+    result[row + i] = fma(scale, residual, middle);
+  }
 }
 
-// The same from stored rows.
+// The same from stored rows, for WIDTH consecutive points at a time, of the rim too: there the rows are nil. Buffers of u have
+// WIDTH numbers of room behind them.
 kernel void jacobi_stored(global const real *restrict weights, global const real *restrict u, global const real *restrict b,
                           global real *restrict result, const int components, const int nx, const int ny, const int nz,
                           const real identity, const real diffusion, const real damping) {
-  const int out = get_global_id(0), member = get_global_id(1);
-  if (out >= (nx - 2) * (ny - 2) * (nz - 2)) return;
-  const size_t points = (size_t)nx * ny * nz;
-  const int i = lattice_point(out, nx, ny, nx - 2, ny - 2, 1);
-  real weight[27];
-  for (int m = 0; m < 27; ++m) weight[m] = weights[((size_t)member * 27 + m) * points + i];
-  sweep(weight, u, b, result, (size_t)member * components * points, points, components, i, nx, ny, identity, diffusion,
-        damping);
+  const int first = 1 + nx * (1 + ny), points = nx * ny * nz;
+  const int i = first + WIDTH * (int)get_global_id(0), member = get_global_id(1);
+  if (i >= points - first) return;
+  realv weight[27];
+  for (int m = 0; m < 27; ++m) weight[m] = LOAD(weights + ((size_t)member * 27 + m) * points + i);
+  const realv scale =
+      WHERE(isequal(weight[13], (realv)(0)), (realv)(0), (realv)(damping) / ((realv)(identity) - diffusion * weight[13]));
+  for (int c = 0; c < components; ++c) {
+    const size_t row = ((size_t)member * components + c) * points;
+    const realv middle = LOAD(u + row + i);
+    realv sum = 0;
+    for (int m = 0; m < 27; ++m) sum = fma(weight[m], LOAD(u + row + neighbour(i, m, nx, ny)) - middle, sum);
+    const realv residual = LOAD(b + row + i) - identity * middle + diffusion * sum;
+    STORE(fma(scale, residual, middle), result + row + i);
+  }
 }

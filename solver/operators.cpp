@@ -30,11 +30,13 @@ Operators::Operators(Launcher& launcher, Precision precision, Coordinates coordi
     : launcher_(launcher),
       precision_(precision),
       members_(members),
+      width_(launcher.device().vector_width(precision == Precision::double_)),
       coordinate_numbers_(coordinates == Coordinates::reference ? 0 : 3) {
   std::vector<std::string> options;
   if (precision == Precision::double_) options.push_back("DOUBLE");
   if (coordinates == Coordinates::position) options.push_back("POSITION");
   if (coordinates == Coordinates::displacement) options.push_back("DISPLACEMENT");
+  options.push_back("WIDTH=" + std::to_string(width_));
   const cl::Program program = launcher.device().build({"deformed_cell.clh", "operators.cl"}, options);
   interpolate_ = launcher.handle(program, "interpolate");
   gradient_ = launcher.handle(program, "gradient");
@@ -99,43 +101,52 @@ void Operators::sweeps(const Lattice& lattice, const cl::Buffer& coordinates, co
   Device& device = launcher_.device();
   const Real over_dx{1 / lattice.dx_mm}, identity{system.identity}, diffusion{system.diffusion_mm2},
       damping{iteration.damping};
+  cl::CommandQueue& queue = launcher_.queue();
   cl::Buffer weights;
   if (iteration.stored_rows) {
     weights = device.allocate(stencil * all * real);
+    queue.enqueueFillBuffer(weights, cl_uchar{0}, 0, stencil * all * real);
     launcher_(weights_, over(inside), cl::NDRange(group, 1), bytes(points, stencil + coordinate_numbers_),
               coordinates, weights, nx, ny, nz, over_dx);
   }
-  // Two buffers in turn, both with the rim.
+  // Two buffers in turn, both with the rim, and room behind for vectors that reach over the end.
   const std::size_t size = all * static_cast<std::size_t>(components) * real;
-  const cl::Buffer other = device.allocate(size);
-  launcher_.queue().enqueueCopyBuffer(solution, other, 0, 0, size);
-  const cl::Buffer *from = &solution, *to = &other;
+  const auto width = static_cast<std::size_t>(width_);
+  cl::Buffer from = device.allocate(size + width * real), to = device.allocate(size + width * real);
+  for (const cl::Buffer& buffer : {from, to}) {
+    queue.enqueueFillBuffer(buffer, cl_uchar{0}, size, width * real);
+    queue.enqueueCopyBuffer(solution, buffer, 0, 0, size);
+  }
+  const std::size_t rim = 1 + static_cast<std::size_t>(nx) * (1 + static_cast<std::size_t>(ny));
+  const cl::NDRange vectors = over((points - 2 * rim + width - 1) / width);
   for (int sweep = 0; sweep < iteration.sweeps; ++sweep) {
     if (iteration.stored_rows)
-      launcher_(stored_, over(inside), cl::NDRange(group, 1), bytes(points, 3 * components + stencil),
-                weights, *from, right_hand_side, *to, components, nx, ny, nz, identity, diffusion, damping);
+      launcher_(stored_, vectors, cl::NDRange(group, 1), bytes(points, 3 * components + stencil), weights,
+                from, right_hand_side, to, components, nx, ny, nz, identity, diffusion, damping);
     else
       launcher_(jacobi_, over(inside), cl::NDRange(group, 1),
-                bytes(points, 3 * components + coordinate_numbers_), coordinates, *from, right_hand_side, *to,
+                bytes(points, 3 * components + coordinate_numbers_), coordinates, from, right_hand_side, to,
                 components, nx, ny, nz, over_dx, identity, diffusion, damping);
     std::swap(from, to);
   }
-  if (from != &solution) launcher_.queue().enqueueCopyBuffer(*from, solution, 0, 0, size);
+  queue.enqueueCopyBuffer(from, solution, 0, 0, size);
 }
 
 double Operators::solve(const Lattice& lattice, const cl::Buffer& coordinates, const System& system,
                         const cl::Buffer& right_hand_side, int components, const Iteration& iteration,
                         const cl::Buffer& solution) {
-  constexpr double share_of_limit = 0.95;
+  constexpr double margin = 1.05;  // power iteration comes from below
   Iteration measured = iteration;
-  if (measured.damping == 0)
-    measured.damping = share_of_limit * 2 / largest_eigenvalue(lattice, coordinates, system);
+  if (measured.damping == 0) {
+    const Eigenvalues values = eigenvalues(lattice, coordinates, system);
+    measured.damping = 2 / (values.smallest + margin * values.largest);
+  }
   sweeps(lattice, coordinates, system, right_hand_side, components, measured, solution);
   return measured.damping;
 }
 
-double Operators::largest_eigenvalue(const Lattice& lattice, const cl::Buffer& coordinates,
-                                     const System& system) {
+Operators::Eigenvalues Operators::eigenvalues(const Lattice& lattice, const cl::Buffer& coordinates,
+                                              const System& system) {
   // A sweep without a right-hand side is u - damping D^-1 A u, whose fastest mode grows with a damping of 2.
   constexpr double damping = 2;
   constexpr int rounds = 8, sweeps_of_round = 8;
@@ -158,20 +169,31 @@ double Operators::largest_eigenvalue(const Lattice& lattice, const cl::Buffer& c
     launcher_.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, raw.size(), raw.data());
   };
   write(zero, std::vector<double>(u.size(), 0.0));
+  const auto swept = [&](std::vector<double> numbers, double by, int count) {
+    write(field, numbers);
+    sweeps(lattice, coordinates, system, zero, 1, {by, count, true}, field);
+    std::vector<std::byte> raw(numbers.size() * real_bytes(precision_));
+    launcher_.queue().enqueueReadBuffer(field, CL_TRUE, 0, raw.size(), raw.data());
+    return unpack(raw, precision_);
+  };
+  // Of a constant, with itself on the rim, one sweep leaves 1 - its eigenvalue.
+  double left = 0;
+  const std::vector<double> constant = swept(std::vector<double>(u.size(), 1.0), 1, 1);
+  for (std::size_t m = 0; m < members; ++m)
+    for (int z = 1; z < nz - 1; ++z)
+      for (int y = 1; y < ny - 1; ++y)
+        for (int x = 1; x < nx - 1; ++x)
+          left = std::max(left, constant[m * points + static_cast<std::size_t>(x + nx * (y + ny * z))]);
   double growth = 1;
   for (int round = 0; round < rounds; ++round) {
     double before = 0, after = 0;
     for (const double value : u) before = std::max(before, std::abs(value));
     for (double& value : u) value /= before;
-    write(field, u);
-    sweeps(lattice, coordinates, system, zero, 1, {damping, sweeps_of_round, true}, field);
-    std::vector<std::byte> raw(u.size() * real_bytes(precision_));
-    launcher_.queue().enqueueReadBuffer(field, CL_TRUE, 0, raw.size(), raw.data());
-    u = unpack(raw, precision_);
+    u = swept(u, damping, sweeps_of_round);
     for (const double value : u) after = std::max(after, std::abs(value));
     growth = std::pow(after, 1.0 / sweeps_of_round);
   }
-  return (1 + growth) / damping;
+  return {1 - left, (1 + growth) / damping};
 }
 
 }  // namespace cohort

@@ -56,7 +56,7 @@ class Operators {
     double identity = 0, diffusion_mm2 = -1;
   };
   struct Iteration {
-    double damping = 0;  ///< of Jacobi's method; 0: 0.95 of the largest that converges, measured
+    double damping = 0;  ///< of Jacobi's method; 0: what is best for the eigenvalues measured
     int sweeps = 1000;
     bool stored_rows = true;  ///< rows are assembled once and kept, 27 numbers a point; else in every sweep
   };
@@ -66,9 +66,12 @@ class Operators {
                const cl::Buffer& right_hand_side, int components, const Iteration& iteration,
                const cl::Buffer& solution);
 
-  /// Largest |eigenvalue| of D^-1 A of the system over all members, by power iteration: damping must stay
-  /// below 2 over it.
-  double largest_eigenvalue(const Lattice& lattice, const cl::Buffer& coordinates, const System& system);
+  /// Of D^-1 A of the system, over all members. Damping must stay below 2 / largest.
+  struct Eigenvalues {
+    double smallest;  ///< that of a constant, where that is least: smooth fields come close to it
+    double largest;   ///< in size, by power iteration
+  };
+  Eigenvalues eigenvalues(const Lattice& lattice, const cl::Buffer& coordinates, const System& system);
 
  private:
   void inner(Launcher::Handle& kernel, const Lattice& lattice, int components, const cl::Buffer& coordinates,
@@ -81,7 +84,7 @@ class Operators {
 
   Launcher& launcher_;
   Precision precision_;
-  int members_;
+  int members_, width_;
   int coordinate_numbers_;  ///< that a point's coordinates are: 3, or 0 in the reference configuration
   Launcher::Handle interpolate_, gradient_, divergence_, laplacian_, at_vertex_, weights_, jacobi_, stored_;
 };
