@@ -5,10 +5,6 @@
 namespace cohort::test {
 namespace {
 
-Vector u_of(const Vector& x) {
-  return Exact(x).u;
-}
-
 /// Poisson's equation, or with `diffusion` > 0 a step of implicit Euler, with the exact right-hand side and
 /// the exact values on the rim.
 struct Problem {
@@ -21,10 +17,10 @@ struct Problem {
     if (diffusion > 0) system = {1, diffusion};
     x = deformed ? grid.coordinates(Coordinates::displacement) : std::vector<double>(3);
     b = grid.sample(grid.lattice, 3, [&](const Vector& p) {
-      const Exact exact(p);
+      const Vector u = Exact::u(p), laplacian = Exact::laplacian(p);
       Vector right;
       for (std::size_t c = 0; c < 3; ++c)
-        right[c] = system.identity * exact.u[c] - system.diffusion_mm2 * exact.laplacian[c];
+        right[c] = system.identity * u[c] - system.diffusion_mm2 * laplacian[c];
       return right;
     });
   }
@@ -44,7 +40,7 @@ struct Problem {
     run.operators.solve(grid.lattice, run.up(x), system, run.up(b), 3, iteration, solution);
     return run.down(solution, u.size());
   }
-  double error(const std::vector<double>& u) const { return grid.error(grid.lattice, u, 3, u_of); }
+  double error(const std::vector<double>& u) const { return grid.error(grid.lattice, u, 3, Exact::u); }
   double largest_eigenvalue() { return run.operators.eigenvalues(grid.lattice, run.up(x), system).largest; }
 };
 

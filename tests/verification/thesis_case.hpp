@@ -27,19 +27,22 @@ inline Device& device() {
   return *first;
 }
 
-/// The function of the thesis's chapter 6 with its exact derivatives, at x.
+/// The function of the thesis's chapter 6 and its exact derivatives, at x.
 struct Exact {
-  Vector u, laplacian;
-  std::array<double, 9> gradient;
-  double divergence;
-  explicit Exact(const Vector& p) {
-    const auto [x, y, z] = p;
-    const double sx = std::sin(x), cx = std::cos(x), sy = std::sin(y), cy = std::cos(y), e = std::exp(z);
-    const double q = 1 / (1 + z * z);
-    u = {sx * cy, cy * e, std::atan(z)};
-    gradient = {cx * cy, -sx * sy, 0, 0, -sy * e, cy * e, 0, 0, q};
-    divergence = cx * cy - sy * e + q;
-    laplacian = {-2 * sx * cy, 0, -2 * z * q * q};
+  static Vector u(const Vector& p) {
+    return {std::sin(p[0]) * std::cos(p[1]), std::cos(p[1]) * std::exp(p[2]), std::atan(p[2])};
+  }
+  static std::array<double, 9> gradient(const Vector& p) {
+    const double sx = std::sin(p[0]), cx = std::cos(p[0]), sy = std::sin(p[1]), cy = std::cos(p[1]),
+                 e = std::exp(p[2]);
+    return {cx * cy, -sx * sy, 0, 0, -sy * e, cy * e, 0, 0, 1 / (1 + p[2] * p[2])};
+  }
+  static std::array<double, 1> divergence(const Vector& p) {
+    return {std::cos(p[0]) * std::cos(p[1]) - std::sin(p[1]) * std::exp(p[2]) + 1 / (1 + p[2] * p[2])};
+  }
+  static Vector laplacian(const Vector& p) {
+    const double q = 1 / (1 + p[2] * p[2]);
+    return {-2 * std::sin(p[0]) * std::cos(p[1]), 0, -2 * p[2] * q * q};
   }
 };
 
@@ -77,9 +80,7 @@ struct ThesisGrid {
     }
     return result;
   }
-  std::vector<double> u() const {
-    return sample(lattice, 3, [](const Vector& x) { return Exact(x).u; });
-  }
+  std::vector<double> u() const { return sample(lattice, 3, Exact::u); }
   std::vector<double> positions() const {
     return sample(lattice, 3, [](const Vector& x) { return x; });
   }
