@@ -1,0 +1,109 @@
+// The member's kernel of a beating heart: the cavities' volumes, the pressures that the circulation gives them, the
+// next step. First the cavities are inflated with the loop at rest, then it beats. One work-group (a work-item on CPUs) is
+// a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.cl and chamber_of_cavity[] from the host.
+
+// inflation (members, 2 + CAVITIES): duration ms, damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
+kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
+                       global const real *restrict measures, global const real *restrict volume,
+                       global const int *restrict node_blocks, global const int *restrict cell_blocks,
+                       global const int *restrict item_blocks, global const real *restrict inflation,
+                       global const real *restrict damping, global wide *restrict state,
+                       global heart_state *restrict hearts, global heart_status *restrict status,
+                       global const wide *restrict numbers, global float *restrict pressures,
+                       global float *restrict volumes, const int at_most, const int samples, const int all_node_blocks,
+                       const int all_cell_blocks, const int measured, const real h, const real courant, const int odd) {
+#ifdef GPU
+  local wide scratch[MEMBER_GROUP];
+  const int member = get_group_id(0), item = get_local_id(0);
+#else
+  local wide *scratch = 0;
+  const int member = get_global_id(0), item = 0;
+#endif
+  global wide *S = state + member * MEMBER_STATE;
+  if (S[ENDED] != 0) return;
+  const int first = node_blocks[member], last = node_blocks[member + 1];
+  wide sums[NODE_SUMS], mm3[CAVITIES];
+  for (int k = 0; k < NODE_SUMS; ++k)
+    sums[k] = member_sum(partial + (size_t)k * all_node_blocks, first, last, scratch);
+  for (int q = 0; q < CAVITIES; ++q)
+    mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,
+                        item_blocks[member * CAVITIES + q + 1] * SOLID_BLOCK, scratch);
+  real speed2 = 0, collapse = 0;
+  wide energy = 0;
+  if (measured) {
+    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
+    speed2 = member_largest(measures + (size_t)SPEED_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+  }
+  if (item != 0) return;
+  if (measured) take_measures(S, speed2, collapse, energy, h, courant);
+  if (!isfinite((real)sums[KINETIC_SUM])) S[ENDED] = TISSUE_RUNAWAY;
+  const wide dt = S[STEP + odd];
+  S[KINETIC] = sums[KINETIC_SUM];
+  S[STEPS_DONE] += 1;
+  wide next = dt > 0 ? fmin(S[LARGEST_STEP], W(1.02) * dt) : S[LARGEST_STEP];
+  const loop_parameters a = load_loop(parameters + (size_t)member * PARAMETERS, numbers[0]);
+  const heart_clock c = load_clock(numbers, at_most, samples);
+  global const real *filling = inflation + member * (2 + CAVITIES);
+  if (S[BEAT_TIME] < 0) {
+    S[TIME] += dt;
+    const wide duration = filling[0], share = fmin(S[TIME] / (W(0.6) * duration), W(1.));
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = filling[2 + q] * share * share * (3 - 2 * share);
+    S[DAMPING] = filling[1];
+    if (S[TIME] >= duration) {
+      heart_state begun;
+      for (int i = 0; i < NODES; ++i) {
+        begun.loop.volume[i] = initial_volume(&a, parameters + (size_t)member * PARAMETERS, i);
+        begun.loop.lost[i] = begun.loop.pressure[i] = 0;
+      }
+      for (int e = 0; e < EDGES; ++e) begun.loop.flow[e] = initial_flow(parameters + (size_t)member * PARAMETERS, e);
+      for (int q = 0; q < CAVITIES; ++q) {
+        // The volume at the step's end, when the loop begins.
+        wide rate = sums[RATE_SUM + q];
+        for (int r = 0; r < CAVITIES; ++r) {
+          const int low = min(q, r), high = max(q, r);
+          rate += dt * S[FIRST_PRESSURE + r] * sums[COMPLIANCE_SUM + low * CAVITIES - low * (low - 1) / 2 + high - low];
+        }
+        attach_cavity(&begun.loop, chamber_of_cavity[q], mm3[q] + dt * rate, S[FIRST_PRESSURE + q]);
+      }
+      begin_heart(&a, &begun);
+      S[BEAT_TIME] = S[BEAT] = 0;
+      S[BEAT_LENGTH] = c.beat;
+      S[DAMPING] = damping[member];
+      S[LOAD] = 1;
+      next = clipped_step(&c, &begun, next);
+      hearts[member] = begun;
+      status[member] = status_of(&begun);
+    }
+  } else {
+    heart_state heart = hearts[member];
+    cavities tissue;
+    for (int q = 0; q < CHAMBERS; ++q) {
+      tissue.rate[q] = tissue.volume[q] = 0;
+      for (int r = 0; r < CHAMBERS; ++r) tissue.compliance[q][r] = 0;
+    }
+    int place = COMPLIANCE_SUM;
+    for (int q = 0; q < CAVITIES; ++q) {
+      const int chamber = chamber_of_cavity[q];
+      tissue.rate[chamber] = sums[RATE_SUM + q];
+      tissue.volume[chamber] = mm3[q];
+      for (int r = q; r < CAVITIES; ++r) {
+        const int other = chamber_of_cavity[r];
+        tissue.compliance[chamber][other] = tissue.compliance[other][chamber] = sums[place++];
+      }
+    }
+    const long row = (long)member * COMPARTMENTS * samples;
+    const wide taken = advance_heart(&a, &c, &heart, &tissue, dt, pressures + row, volumes + row);
+    S[TIME] += taken;
+    S[BEAT_TIME] = heart.time;
+    S[BEAT] = heart.beat;
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
+    next = clipped_step(&c, &heart, next);
+    if (heart.ended != RUNNING) S[ENDED] = TISSUE_SETTLED;
+    hearts[member] = heart;
+    status[member] = status_of(&heart);
+  }
+  for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = mm3[q];
+  S[STEP + 1 - odd] = next;
+}

@@ -1,0 +1,301 @@
+// Total Lagrangian elastodynamics on cut cells, matrix-free, explicit in time. A step is four launches:
+//   solid_forces, cavity_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
+//   solid_predict                 velocities without the cavities' pressures, and sums over nodes by block
+//   a member's kernel             solid_load (prescribed pressures) or the coupled circulation: the pressures, the next step
+//   solid_move                    velocities with the pressures, displacements
+// Element, cut cells, pressure through the cavity's fraction: solver/README.md. The mean-dilatation pressure: Simo, Taylor &
+// Pister, Comput. Methods Appl. Mech. Eng. 51 (1985), with one pressure a cell and U = kappa/2 (J - 1)^2.
+// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR.
+#if !defined(PARAMETERS) || !defined(MASS_FLOOR)
+#error "solid.cl needs PARAMETERS, MASS_FLOOR"
+#endif
+
+inline void load_nodes(global const int *restrict cell_nodes, int i, int stride, int *nodes) {
+  for (int c = 0; c < 8; ++c) nodes[c] = cell_nodes[i + (size_t)c * stride];
+}
+
+inline Columns deformation(const Modes *m, real3 e) {
+  Columns F = gradient_at(m, e);
+  F.x.x += R(1.0);
+  F.y.y += R(1.0);
+  F.z.z += R(1.0);
+  return F;
+}
+
+// Shares of the points' quarters of a cell.
+inline void load_shares(global const real *restrict share, int i, int stride, real *quarter) {
+  for (int g = 0; g < POINTS; ++g) quarter[g] = share[i + (size_t)g * stride];
+}
+
+// Mean over the points of det F, weighted as stress is.
+inline real mean_volume_ratio(const Modes *m, const real *quarter) {
+  real J = 0, all = 0;
+  for (int g = 0; g < POINTS; ++g) {
+    const Columns F = deformation(m, point_offset(g));
+    const real weight = fmax(quarter[g], MASS_FLOOR);
+    J += weight * determinant(&F);
+    all += weight;
+  }
+  return J / all;
+}
+
+inline real3 direction_at(global const real *restrict direction, int i, int stride, int k) {
+  return (real3)(direction[i + (size_t)(3 * k) * stride], direction[i + (size_t)(3 * k + 1) * stride],
+                 direction[i + (size_t)(3 * k + 2) * stride]);
+}
+
+inline real3 apply(const Columns *F, real3 v) {
+  return F->x * v.x + F->y * v.y + F->z * v.z;
+}
+
+#if TENSION
+// Stretch along the fibres of a cell: root mean square over its points.
+inline real fibre_stretch(const Modes *m, global const real *restrict direction, int i, int stride) {
+  real sum = 0;
+  for (int g = 0; g < POINTS; ++g) {
+    const Columns F = deformation(m, point_offset(g));
+    const real3 Ff = apply(&F, direction_at(direction, i, stride, g));
+    sum += dot(Ff, Ff);
+  }
+  return sqrt(R(0.25) * sum);
+}
+#endif
+
+// Forces (8, 3, cells) of cells on their nodes, mN. share (cells): of the cell in tissue, 0 in padding. direction (points, 3,
+// cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
+// law's states, the stretch of the step before, and the tension (kPa).
+kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+                         global const ushort *restrict member_of, global const int *restrict cell_nodes,
+                         global const real *restrict share, global const uchar *restrict region,
+                         global const real *restrict direction, global const real *restrict activation,
+                         global real *restrict tension, global const real *restrict u,
+                         global const real *restrict v, global real *restrict force, const int cells,
+                         const int nodes_stride, const real h, const int odd) {
+  const int i = get_global_id(0);
+  real quarter[POINTS];
+  load_shares(share, i, cells, quarter);
+  const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
+  if (!(phi > 0)) return;
+  const int member = member_of[i / SOLID_BLOCK];
+  global const wide *S = state + member * MEMBER_STATE;
+  if (S[ENDED] != 0) return;
+  global const real *M = parameters + (size_t)member * PARAMETERS + material_first[region[i]];
+  int nodes[8];
+  load_nodes(cell_nodes, i, cells, nodes);
+  const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
+  const real pressure = M[M_bulk_modulus_kPa] * (mean_volume_ratio(&m, quarter) - R(1.0));
+#if TENSION
+  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real dt = S[STEP + odd];
+  real since = activation[i] < 0 ? R(-1.0) : (real)(S[BEAT_TIME] - (wide)activation[i]);
+  if (since < 0 && activation[i] >= 0 && S[BEAT] > 0) since += (real)S[BEAT_LENGTH];
+  real states[TENSION_STATES + 1];
+  for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
+  const real before = tension[i + (size_t)TENSION_STATES * cells];
+  const real T = (real)S[LOAD] *
+                 tension_step(states, since, (real)S[BEAT_LENGTH], R(0.0), stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
+  for (int k = 0; k < TENSION_STATES; ++k) tension[i + (size_t)k * cells] = states[k];
+  tension[i + (size_t)TENSION_STATES * cells] = stretch;
+  tension[i + (size_t)(TENSION_STATES + 1) * cells] = T;
+#endif
+#ifdef VISCOUS
+  const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
+#endif
+  Modes sum = {(real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0)};
+  for (int g = 0; g < POINTS; ++g) {
+    const real3 e = point_offset(g);
+    const Columns F = deformation(&m, e), K = cofactor(&F);
+    const real3 f = direction_at(direction, i, cells, g);
+#if LAW_SHEETS
+    const real3 s = direction_at(direction, i, cells, POINTS + g);
+#else
+    const real3 s = (real3)(0);
+#endif
+    const symmetric C = right_cauchy_green(F.x, F.y, F.z);
+    symmetric stress = law_stress(C, dot(F.x, K.x), f, s, M);
+#ifdef VISCOUS
+    const Columns D = gradient_at(&rate, e);
+    const real eta = M[M_viscosity_kPa_ms];
+    stress.xx += eta * dot(F.x, D.x);
+    stress.yy += eta * dot(F.y, D.y);
+    stress.zz += eta * dot(F.z, D.z);
+    stress.yz += R(0.5) * eta * (dot(F.y, D.z) + dot(F.z, D.y));
+    stress.xz += R(0.5) * eta * (dot(F.x, D.z) + dot(F.z, D.x));
+    stress.xy += R(0.5) * eta * (dot(F.x, D.y) + dot(F.y, D.x));
+#endif
+    const real weight = fmax(quarter[g], MASS_FLOOR);
+    Columns P = {
+        weight * (F.x * stress.xx + F.y * stress.xy + F.z * stress.xz + pressure * K.x),
+        weight * (F.x * stress.xy + F.y * stress.yy + F.z * stress.yz + pressure * K.y),
+        weight * (F.x * stress.xz + F.y * stress.yz + F.z * stress.zz + pressure * K.z),
+    };
+#if TENSION
+    real3 along = quarter[g] * T * apply(&F, f);
+#if TENSION_PER_STRETCH2
+    along /= stretch * stretch;
+#endif
+    P.x += along * f.x;
+    P.y += along * f.y;
+    P.z += along * f.z;
+#endif
+    add_stress(&sum, &P, e);
+  }
+  store_corners(&sum, -h * h / 16, force, i, cells);
+}
+
+// Area of a face by its corners, (integral of N_a n) for each; n points as dxi x deta. 2 x 2 Gauss points are exact. Returns the
+// integral of x . n.
+inline real face_areas(const real3 *x, real3 *area) {
+  real flux = 0;
+  for (int a = 0; a < 4; ++a) area[a] = (real3)(0);
+  for (int g = 0; g < 4; ++g) {
+    const real s = R(0.5) + (g & 1 ? R(0.5) : R(-0.5)) * GAUSS, t = R(0.5) + (g & 2 ? R(0.5) : R(-0.5)) * GAUSS;
+    const real weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+    const real3 n = R(0.25) * cross((1 - t) * (x[1] - x[0]) + t * (x[3] - x[2]), (1 - s) * (x[2] - x[0]) + s * (x[3] - x[1]));
+    for (int a = 0; a < 4; ++a) area[a] += weight[a] * n;
+    flux += dot(weight[0] * x[0] + weight[1] * x[1] + weight[2] * x[2] + weight[3] * x[3], n);
+  }
+  return flux;
+}
+
+// What a cell of tissue adds to a cavity: its own blood, share chi of the cell, and the faces behind which blood alone
+// lies, each weighted. gradient (8, 3, items): derivative of the cavity's volume by the node's place, mm2. volume (items): mm3; the
+// faces' part is that of the cone over `lid` (members, CAVITIES, 3), a point of the plane in which the cavity is cut open.
+// item_faces (6, items): -x +x -y +y -z +z.
+kernel void cavity_forces(global const wide *restrict state, global const ushort *restrict member_of_item,
+                          global const int *restrict item_cell, global const uchar *restrict item_cavity,
+                          global const real *restrict item_share, global const real *restrict item_faces,
+                          global const int *restrict cell_nodes, global const real *restrict position,
+                          global const real *restrict lid, global const real *restrict u,
+                          global real *restrict gradient, global real *restrict volume, const int cells,
+                          const int nodes_stride, const int items, const real h) {
+  const int j = get_global_id(0), i = item_cell[j];
+  if (i < 0) return;
+  const int member = member_of_item[j / SOLID_BLOCK];
+  if (state[member * MEMBER_STATE + ENDED] != 0) return;
+  int nodes[8];
+  load_nodes(cell_nodes, i, cells, nodes);
+  const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
+  real chi[POINTS];
+  load_shares(item_share, j, items, chi);
+  Modes sum = {(real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0)};
+  real J = 0;
+  for (int g = 0; g < POINTS; ++g) {
+    const real3 e = point_offset(g);
+    const Columns F = deformation(&m, e), K = cofactor(&F);
+    J += R(0.25) * chi[g] * dot(F.x, K.x);
+    const Columns weighted = {chi[g] * K.x, chi[g] * K.y, chi[g] * K.z};
+    add_stress(&sum, &weighted, e);
+  }
+  store_corners(&sum, h * h / 16, gradient, j, items);
+  real total = h * h * h * J;
+
+  real3 x[8];
+  const real3 origin = vload3(member * CAVITIES + item_cavity[j], lid);
+  for (int c = 0; c < 8; ++c) {
+    const int a = nodes[c];
+    x[c] = (real3)(position[a] + u[a], position[a + (size_t)nodes_stride] + u[a + (size_t)nodes_stride],
+                   position[a + 2 * (size_t)nodes_stride] + u[a + 2 * (size_t)nodes_stride]) -
+           origin;
+  }
+  for (int face = 0; face < 6; ++face) {
+    const real weight = item_faces[j + (size_t)face * items];
+    if (!(weight > 0)) continue;
+    const int axis = face / 2, p = axis == 0 ? 1 : 0, q = axis == 2 ? 1 : 2;  // axes of the face, p < q
+    const int base = face % 2 ? 1 << axis : 0;
+    const int corner[4] = {base, base + (1 << p), base + (1 << q), base + (1 << p) + (1 << q)};
+    real3 y[4], area[4];
+    for (int a = 0; a < 4; ++a) y[a] = x[corner[a]];
+    // dxi x deta points along +axis, but for axis y; blood's outward normal points into the cell.
+    const real sign = ((axis == 1) == (face % 2 == 0)) ? -weight : weight;
+    total += sign * face_areas(y, area) / 3;
+    for (int a = 0; a < 4; ++a)
+      for (int d = 0; d < 3; ++d) {
+        const real part = d == 0 ? area[a].x : d == 1 ? area[a].y : area[a].z;
+        gradient[j + (size_t)(3 * corner[a] + d) * items] += sign * part;
+      }
+  }
+  volume[j] = total;
+}
+
+// By block of cells (3, blocks): largest square of a wave's speed per unit of h (mm2/ms2), -(smallest mean volume ratio), strain
+// energy (uJ).
+#define SPEED_MEASURE 0
+#define COLLAPSE_MEASURE 1
+#define ENERGY_MEASURE 2
+#define CELL_MEASURES 3
+inline void measure_cell(int i, global const real *restrict P, global const int *restrict cell_nodes,
+                         global const real *restrict share, global const uchar *restrict region,
+                         global const real *restrict direction, global const real *restrict tension,
+                         global const real *restrict u, int cells, int nodes_stride, real h, real density,
+                         real *measure) {
+  real quarter[POINTS];
+  load_shares(share, i, cells, quarter);
+  if (!(quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0)) return;
+  global const real *M = P + material_first[region[i]];
+  int nodes[8];
+  load_nodes(cell_nodes, i, cells, nodes);
+  const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
+  const real J = mean_volume_ratio(&m, quarter);
+  real speed2 = 0, energy = 0;
+#if TENSION
+  const real stretch = fibre_stretch(&m, direction, i, cells);
+  real states[TENSION_STATES + 1];
+  for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
+  const real T = tension[i + (size_t)(TENSION_STATES + 1) * cells];
+  const real active = T + tension_stiffness(states, T, stretch, M);
+#endif
+  for (int g = 0; g < POINTS; ++g) {
+    const Columns F = deformation(&m, point_offset(g)), K = cofactor(&F);
+    const real3 f = direction_at(direction, i, cells, g);
+#if LAW_SHEETS
+    const real3 s = direction_at(direction, i, cells, POINTS + g);
+#else
+    const real3 s = (real3)(0);
+#endif
+    const symmetric C = right_cauchy_green(F.x, F.y, F.z);
+    const real Jg = dot(F.x, K.x);
+    const symmetric S = law_stress(C, Jg, f, s, M);
+    const real bulk = M[M_bulk_modulus_kPa] * fmax(sym_eigenvalues(sym_cofactor(C)).x, R(0.0));
+    real stiffness = bulk + law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
+#if TENSION
+    stiffness += active;
+#endif
+    speed2 = fmax(speed2, stiffness / density);
+    energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
+              (law_energy(C, Jg, f, s, M) + R(0.5) * M[M_bulk_modulus_kPa] * (J - 1) * (J - 1));
+  }
+  measure[SPEED_MEASURE] = fmax(measure[SPEED_MEASURE], speed2);
+  measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
+  measure[ENERGY_MEASURE] += h * h * h * energy;
+}
+
+kernel void solid_measure(global const real *restrict parameters, global const wide *restrict state,
+                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
+                          global const real *restrict share, global const uchar *restrict region,
+                          global const real *restrict direction, global const real *restrict tension,
+                          global const real *restrict u, global real *restrict partial, const int cells, const int nodes_stride, const real h) {
+#ifdef GPU
+  local real scratch[SOLID_BLOCK];
+  const int i = get_global_id(0), block = get_group_id(0), blocks = cells / SOLID_BLOCK;
+#else
+  const int block = get_global_id(0), blocks = cells / SOLID_BLOCK;
+#endif
+  const int member = member_of[block];
+  if (state[member * MEMBER_STATE + ENDED] != 0) return;
+  global const real *P = parameters + (size_t)member * PARAMETERS;
+  const real density = P[PARAM_mechanics_density_mg_per_mm3];
+  real measure[CELL_MEASURES] = {0, -R(1e30), 0};
+#ifndef GPU
+  for (int i = block * SOLID_BLOCK; i < (block + 1) * SOLID_BLOCK; ++i)
+#endif
+    measure_cell(i, P, cell_nodes, share, region, direction, tension, u, cells, nodes_stride, h, density, measure);
+#ifdef GPU
+  measure[SPEED_MEASURE] = largest_of_block(measure[SPEED_MEASURE], scratch);
+  measure[COLLAPSE_MEASURE] = largest_of_block(measure[COLLAPSE_MEASURE], scratch);
+  measure[ENERGY_MEASURE] = sum_of_block(measure[ENERGY_MEASURE], scratch);
+  if (get_local_id(0) == 0)
+#endif
+    for (int k = 0; k < CELL_MEASURES; ++k) partial[block + (size_t)k * blocks] = measure[k];
+}
+

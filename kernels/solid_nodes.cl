@@ -1,0 +1,165 @@
+// Nodes of the deforming tissue: forces gathered from cells and supports, velocities, displacements.
+// Needs solid_reduce.clh, symmetric.clh.
+
+// How a supported node moves, by its springs, dashpots and clamps: supports (18, support): stiffness K (kPa mm), dashpot C
+// (kPa mm ms) and the projector Q on what clamps leave free, each xx yy zz yz xz xy.
+inline symmetric support_part(global const real *restrict supports, int s, int part, int stride) {
+  global const real *p = supports + s + (size_t)(6 * part) * stride;
+  const symmetric A = {p[0], p[stride], p[2 * (size_t)stride], p[3 * (size_t)stride], p[4 * (size_t)stride],
+                       p[5 * (size_t)stride]};
+  return A;
+}
+
+// Velocity that an impulse gives to a node: (m (1 + alpha dt) + dt C)^-1, clamps projected out.
+inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, int support,
+                      global const real *restrict supports, int support_stride) {
+  if (support < 0) return inverse_mass / growth * impulse;
+  const symmetric C = support_part(supports, support, 1, support_stride), Q = support_part(supports, support, 2, support_stride);
+  const real k = inverse_mass * dt;
+  const symmetric A = {growth + k * C.xx, growth + k * C.yy, growth + k * C.zz, k * C.yz, k * C.xz, k * C.xy};
+  return sym_times(Q, sym_times(sym_cofactor(A), inverse_mass * sym_times(Q, impulse)) / sym_determinant(A));
+}
+
+// Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
+// s_qr = g_q . response(g_r) for q <= r.
+#define KINETIC_SUM 0
+#define FREE_SUM 1
+#define LOADED_SUM 2
+#define SPRING_SUM 3
+#define RATE_SUM 4
+#define COMPLIANCE_SUM (RATE_SUM + CAVITIES)
+#define NODE_SUMS (COMPLIANCE_SUM + CAVITIES * (CAVITIES + 1) / 2)
+
+// One node of solid_predict.
+inline void predict_node(int a, global const wide *restrict S, global const int *restrict corners,
+                         global const real *restrict inverse_mass, global const int *restrict support_of,
+                         global const real *restrict supports, global const int *restrict cavity_of,
+                         global const int *restrict cavity_corners, global const real *restrict force,
+                         global const real *restrict gradient, global real *restrict cavity_gradient,
+                         global const real *restrict u, global real *restrict v, int cells, int nodes, int support_stride,
+                         int items, int cavity_nodes, int odd, real *sums) {
+  const real inverse = inverse_mass[a];
+  if (!(inverse > 0)) return;
+  const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
+  real3 f = (real3)(0);
+  for (int c = 0; c < 8; ++c) {
+    const size_t at = corners[a + (size_t)c * nodes] + (size_t)(3 * c) * cells;
+    f += (real3)(force[at], force[at + cells], force[at + 2 * (size_t)cells]);
+  }
+  const int s = support_of[a], j = cavity_of[a];
+  if (s >= 0) {
+    const real3 place = (real3)(u[a], u[a + (size_t)nodes], u[a + 2 * (size_t)nodes]);
+    const real3 spring = sym_times(support_part(supports, s, 0, support_stride), place);
+    f -= spring;
+    sums[SPRING_SUM] += R(0.5) * dot(spring, place);
+  }
+  const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
+  // From rest a leapfrog starts with half an impulse: with a whole one, halting often amplifies the fastest modes.
+  const bool halt = S[HALT] != 0;
+  const real3 quenched = halt ? (real3)(0) : old;
+  const real impulse = halt ? R(0.5) * dt : dt;
+  const real3 next = response(quenched / inverse + impulse * f, inverse, growth, dt, s, supports, support_stride);
+  v[a] = next.x;
+  v[a + (size_t)nodes] = next.y;
+  v[a + 2 * (size_t)nodes] = next.z;
+  sums[KINETIC_SUM] += R(0.5) / inverse * dot(quenched, quenched);
+  real3 loads = (real3)(0);
+#if CAVITIES > 0
+  if (j >= 0) {
+    real3 g[CAVITIES], moved[CAVITIES];
+    for (int q = 0; q < CAVITIES; ++q) {
+      g[q] = (real3)(0);
+      for (int c = 0; c < 8; ++c) {
+        const int item = cavity_corners[j + (size_t)(8 * q + c) * cavity_nodes];
+        const size_t at = item + (size_t)(3 * c) * items;
+        if (item >= 0) g[q] += (real3)(gradient[at], gradient[at + items], gradient[at + 2 * (size_t)items]);
+      }
+      const size_t to = j + (size_t)(3 * q) * cavity_nodes;
+      cavity_gradient[to] = g[q].x;
+      cavity_gradient[to + cavity_nodes] = g[q].y;
+      cavity_gradient[to + 2 * (size_t)cavity_nodes] = g[q].z;
+      moved[q] = response(g[q], inverse, growth, dt, s, supports, support_stride);
+      sums[RATE_SUM + q] += dot(g[q], next);
+      loads += (real)S[FIRST_PRESSURE + q] * g[q];
+    }
+    int place = COMPLIANCE_SUM;
+    for (int q = 0; q < CAVITIES; ++q)
+      for (int r = q; r < CAVITIES; ++r) sums[place++] += dot(g[q], moved[r]);
+  }
+#endif
+  real3 free_force = f + loads;
+  if (s >= 0) {
+    const symmetric Q = support_part(supports, s, 2, support_stride);
+    free_force = sym_times(Q, free_force);
+    loads = sym_times(Q, loads);
+  }
+  sums[FREE_SUM] += dot(free_force, free_force);
+  sums[LOADED_SUM] += dot(loads, loads);
+}
+
+// Velocities without the cavities' pressures, in place; sums (NODE_SUMS, blocks).
+kernel void solid_predict(global const wide *restrict state, global const ushort *restrict member_of_node,
+                          global const int *restrict corners, global const real *restrict inverse_mass,
+                          global const int *restrict support_of, global const real *restrict supports,
+                          global const int *restrict cavity_of, global const int *restrict cavity_corners,
+                          global const real *restrict force, global const real *restrict gradient,
+                          global real *restrict cavity_gradient, global const real *restrict u,
+                          global real *restrict v, global real *restrict partial, const int cells, const int nodes,
+                          const int support_stride, const int items, const int cavity_nodes, const int odd) {
+#ifdef GPU
+  local real scratch[SOLID_BLOCK];
+  const int a = get_global_id(0), block = get_group_id(0), blocks = nodes / SOLID_BLOCK;
+#else
+  const int block = get_global_id(0), blocks = nodes / SOLID_BLOCK;
+#endif
+  global const wide *S = state + member_of_node[block] * MEMBER_STATE;
+  if (S[ENDED] != 0) return;
+  real sums[NODE_SUMS];
+  for (int k = 0; k < NODE_SUMS; ++k) sums[k] = 0;
+#ifndef GPU
+  for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a)
+#endif
+    predict_node(a, S, corners, inverse_mass, support_of, supports, cavity_of, cavity_corners, force, gradient,
+                 cavity_gradient, u, v, cells, nodes, support_stride, items, cavity_nodes, odd, sums);
+  for (int k = 0; k < NODE_SUMS; ++k) {
+#ifdef GPU
+    const real total = sum_of_block(sums[k], scratch);
+    if (get_local_id(0) == 0) partial[block + (size_t)k * blocks] = total;
+#else
+    partial[block + (size_t)k * blocks] = sums[k];
+#endif
+  }
+}
+
+// Adds the pressures' impulses and moves the nodes.
+kernel void solid_move(global const wide *restrict state, global const ushort *restrict member_of_node,
+                       global const real *restrict inverse_mass, global const int *restrict support_of,
+                       global const real *restrict supports, global const int *restrict cavity_of,
+                       global const real *restrict cavity_gradient, global real *restrict u, global real *restrict v,
+                       const int nodes, const int support_stride, const int cavity_nodes, const int odd) {
+  const int a = get_global_id(0);
+  const real inverse = inverse_mass[a];
+  global const wide *S = state + member_of_node[a / SOLID_BLOCK] * MEMBER_STATE;
+  if (!(inverse > 0) || S[ENDED] != 0) return;
+  const real dt = S[STEP + odd];
+  real3 velocity = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
+#if CAVITIES > 0
+  const int j = cavity_of[a];
+  if (j >= 0) {
+    real3 f = (real3)(0);
+    for (int q = 0; q < CAVITIES; ++q) {
+      const size_t at = j + (size_t)(3 * q) * cavity_nodes;
+      f += (real)S[FIRST_PRESSURE + q] *
+           (real3)(cavity_gradient[at], cavity_gradient[at + cavity_nodes], cavity_gradient[at + 2 * (size_t)cavity_nodes]);
+    }
+    velocity += response((S[HALTED] != 0 ? R(0.5) * dt : dt) * f, inverse, 1 + (real)S[DAMPING] * dt, dt, support_of[a], supports, support_stride);
+    v[a] = velocity.x;
+    v[a + (size_t)nodes] = velocity.y;
+    v[a + 2 * (size_t)nodes] = velocity.z;
+  }
+#endif
+  u[a] += dt * velocity.x;
+  u[a + (size_t)nodes] += dt * velocity.y;
+  u[a + 2 * (size_t)nodes] += dt * velocity.z;
+}
+
