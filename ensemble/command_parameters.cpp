@@ -8,6 +8,7 @@
 #include "ensemble/config.hpp"
 #include "ensemble/key_reference.hpp"
 #include "ensemble/table.hpp"
+#include "solver/mechanics_structure.hpp"
 
 namespace cohort {
 
@@ -19,6 +20,9 @@ Campaign example() {
   campaign.scene.geometry = GeometryKind::heart;
   campaign.scene.ecg.emplace();
   campaign.scene.activation.emplace();
+  campaign.scene.pv.emplace();
+  campaign.scene.mechanics = default_heart_mechanics();
+  campaign.scene.circulation.emplace();
   declare_parameters(campaign.scene);
   return campaign;
 }

@@ -162,6 +162,23 @@ void read_law(Node& node, Mechanics& mechanics, Mistakes& mistakes) {
   }
 }
 
+/// Tells sections of laws and tensions that the scene does not have.
+void refuse_other_materials(Node& node, const Mechanics& mechanics, Mistakes& mistakes) {
+  const auto refuse = [&](const std::vector<std::string>& names, const std::string& used, const char* kind) {
+    for (const std::string& name : names) {
+      Node* section = name == used ? nullptr : node.find(name);
+      if (!section) continue;
+      section->read = true;
+      node.known.insert(name);
+      mistakes.add(section->place,
+                   fmt::format("mechanics.{} is {}; the parameters of {} would have no effect", kind,
+                               used.empty() ? "none" : used, name));
+    }
+  };
+  refuse(laws(), mechanics.law, "law");
+  refuse(tensions(), mechanics.tension, "tension");
+}
+
 /// Mechanics of the heart are there unless told otherwise, those of shapes where they are asked for.
 void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
   const bool heart = scene.geometry == GeometryKind::heart;
@@ -180,6 +197,8 @@ void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
   if (!node) return;
 
   read_law(*node, mechanics, mistakes);
+  if (!node->read) refuse_other_materials(*node, mechanics, mistakes);
+  take(*node, "regions");
   if (Node* cavities = take(*node, "cavities")) {
     mechanics.cavities.clear();
     if (heart)
@@ -211,6 +230,13 @@ void read_beats(Node& scene_node, Scene& scene, Mistakes& mistakes) {
                  "time.beats: beats are compared by their pressures and volumes; add a circulation");
     beats->read = true;
     return;
+  }
+  if (Node* end = time->find("end_ms")) {
+    time->known.insert("end_ms");
+    end->read = true;
+    mistakes.add(end->place,
+                 "time.end_ms beside time.beats: a run of beats ends with the last of them; "
+                 "time.beats.length_ms and at_most say how long it may be");
   }
   scene.beats.emplace();
 }
@@ -251,7 +277,8 @@ void read_loads(Node& scene_node, Node* outputs, Scene& scene, Mistakes& mistake
     scene.activation.reset();
     scene.displacement.reset();
     if (!scene.circulation && mistakes.size() == before)
-      mistakes.add(scene_node.place, "geometry: none has no tissue; it needs a circulation");
+      mistakes.add(scene_node.find("geometry")->place,
+                   "geometry: none has no tissue; it needs a circulation");
   } else {
     read_mechanics(scene_node, scene, mistakes);
   }

@@ -12,6 +12,8 @@
 #include "solver/cell_models.hpp"
 #include "solver/conduction_system.hpp"
 #include "solver/labels.hpp"
+#include "solver/mechanics.hpp"
+#include "solver/mechanics_structure.hpp"
 
 // The page of all keys. Parameters are those of scenes that have every kind of structure; nothing about them
 // is written here.
@@ -23,6 +25,7 @@ struct Row {
   Parameter parameter;
   std::vector<std::string> components;                       ///< of a vector
   std::vector<std::pair<std::string, std::string>> by_name;  ///< where the default depends on the name
+  std::string alone;                                         ///< default in a circulation without tissue
 };
 
 std::vector<std::string> split(const std::string& path) {
@@ -44,6 +47,10 @@ bool holds_names(const std::string& level) {
                                  "electrophysiology.regions",
                                  "electrophysiology.conduction_system.early_sites",
                                  "stimuli",
+                                 "mechanics.cavities",
+                                 "mechanics.boundary",
+                                 "mechanics.regions",
+                                 "outputs.displacement.points",
                                  "outputs.activation.probes"};
   return std::find(levels.begin(), levels.end(), level) != levels.end();
 }
@@ -54,6 +61,10 @@ Scene heart() {
   scene.heterogeneity.parameters = {"tau_close_ms"};
   scene.ecg.emplace();
   scene.activation.emplace().probes = {"apex"};
+  scene.pv.emplace();
+  scene.displacement.emplace().points = {"apex"};
+  scene.mechanics = default_heart_mechanics();
+  scene.circulation.emplace();
   scene.stimuli = {{"a", Stimulus::Kind::box, {}},
                    {"b", Stimulus::Kind::sphere, {}},
                    {"c", Stimulus::Kind::site, "sinoatrial_node"}};
@@ -76,6 +87,17 @@ Scene shapes() {
   Region bath{.name = "bath", .shape = "s0", .excitable = false};
   bath.bath = true;
   scene.regions = {muscle, bath};
+  scene.mechanics.emplace().cavities = {{"cavity", "s0"}};
+  return scene;
+}
+
+/// A circulation alone.
+Scene circulation(Circulation::Kind kind, bool beats) {
+  Scene scene;
+  scene.geometry = GeometryKind::none;
+  scene.circulation.emplace().kind = kind;
+  scene.pv.emplace();
+  if (beats) scene.beats.emplace();
   return scene;
 }
 
@@ -100,19 +122,25 @@ std::vector<Scene> all_scenes() {
   scenes[1].conduction_system.reset();
   scenes[1].heterogeneity = {};
   scenes[1].stimuli.pop_back();
+  scenes[1].mechanics.reset();
+  scenes[1].displacement.reset();
   scenes[1].activation_method = ActivationMethod::monodomain;
   for (const TorsoKind torso : {TorsoKind::box, TorsoKind::ellipsoid, TorsoKind::unbounded}) {
     scenes.push_back(scenes[1]);
     scenes.back().torso = torso;
   }
+  scenes.push_back(circulation(Circulation::Kind::closed_loop, true));
+  scenes.push_back(circulation(Circulation::Kind::windkessel, false));
   for (Scene& scene : scenes) declare_parameters(scene);
   return scenes;
 }
 
-/// Whether a parameter repeats, for one region, one that stands right below electrophysiology or in a model.
+/// Whether a parameter repeats, for one region, one that stands right below electrophysiology or mechanics,
+/// or in a model or law of theirs.
 bool is_copy(const std::string& pattern) {
-  return pattern.starts_with("electrophysiology.regions.NAME.") &&
-         !pattern.ends_with("bath_conductivity_mS_per_mm");
+  return (pattern.starts_with("electrophysiology.regions.NAME.") &&
+          !pattern.ends_with("bath_conductivity_mS_per_mm")) ||
+         pattern.starts_with("mechanics.regions.NAME.");
 }
 
 std::string default_of(const Parameter& p) {
@@ -128,13 +156,14 @@ std::string name_in(const std::string& path, const std::string& pattern) {
   return at < keys.size() ? given[at] : std::string();
 }
 
-void add(const Parameter& parameter, const std::string& path, std::vector<std::string>& order,
+void add(const Parameter& parameter, const std::string& path, bool tissue, std::vector<std::string>& order,
          std::map<std::string, Row>& rows) {
   const std::string pattern = key_pattern(path);
   if (is_copy(pattern)) return;
-  const auto [it, added] = rows.try_emplace(pattern, Row{parameter, {}, {}});
+  const auto [it, added] = rows.try_emplace(pattern, Row{parameter, {}, {}, {}});
   if (added) order.push_back(pattern);
   Row& row = it->second;
+  if (!tissue && default_of(parameter) != default_of(row.parameter)) row.alone = default_of(parameter);
   constexpr std::array axes = {".x", ".y", ".z"};
   if (row.components.size() < axes.size() && path.ends_with(axes[row.components.size()]))
     row.components.push_back(default_of(parameter));
@@ -146,6 +175,8 @@ void add(const Parameter& parameter, const std::string& path, std::vector<std::s
 
 std::string default_of(const Row& row) {
   if (!row.components.empty()) return fmt::format("[{}]", fmt::join(row.components, ", "));
+  if (!row.alone.empty())
+    return fmt::format("{}; {} in a circulation alone", default_of(row.parameter), row.alone);
   const auto other = [&](const auto& named) { return named.second != row.by_name.front().second; };
   if (std::none_of(row.by_name.begin(), row.by_name.end(), other)) return default_of(row.parameter);
   std::string text;
@@ -200,10 +231,16 @@ const Parameters& all_parameters() {
     Parameters result;
     for (const Scene& scene : all_scenes())
       for (const Parameter& parameter : scene.parameters.all())
-        add(parameter, parameter.path, result.order, result.rows);
+        add(parameter, parameter.path, scene.geometry != GeometryKind::none, result.order, result.rows);
     for (const std::string& model : cell_models())
       for (const Parameter& parameter : read_cell_model(model).parameters)
-        add(parameter, "electrophysiology." + model + "." + parameter.path, result.order, result.rows);
+        add(parameter, "electrophysiology." + model + "." + parameter.path, true, result.order, result.rows);
+    const auto add_material = [&](const MaterialFile& file) {
+      for (const Parameter& parameter : file.parameters)
+        add(parameter, "mechanics." + file.name + "." + parameter.path, true, result.order, result.rows);
+    };
+    for (const std::string& law : laws()) add_material(read_law(law));
+    for (const std::string& tension : tensions()) add_material(read_tension(tension));
     return result;
   }();
   return parameters;
@@ -213,7 +250,9 @@ const Parameters& all_parameters() {
 std::string section_of(const std::string& pattern) {
   const std::vector<std::string> keys = split(pattern);
   if (keys.size() < 2 || keys[0] == "grid" || keys[0] == "time") return "grid, time";
-  const bool two = keys[0] == "geometry" || (keys[0] == "electrophysiology" && keys.size() > 2);
+  const bool two = keys[0] == "geometry" || (keys[0] == "circulation" && keys.size() > 2) ||
+                   (keys[0] == "mechanics" && keys.size() > 2) ||
+                   (keys[0] == "electrophysiology" && keys.size() > 2);
   return two ? keys[0] + "." + keys[1] : keys[0];
 }
 
@@ -227,9 +266,9 @@ std::string key_pattern(const std::string& path) {
   for (size_t k = 1; k < keys.size(); ++k) {
     const std::string key = keys[k];
     if (holds_names(level))
-      keys[k] = level == "outputs.activation.probes" ? "NAME_mm"
-                : level == "geometry.labels_table"   ? "VALUE"
-                                                     : "NAME";
+      keys[k] = level == "outputs.activation.probes" || level == "outputs.displacement.points" ? "NAME_mm"
+                : level == "geometry.labels_table"                                             ? "VALUE"
+                                                                                               : "NAME";
     if (level == "electrophysiology.heterogeneity" && k + 1 < keys.size()) keys[k] = "PARAMETER";
     level += "." + key;
   }
@@ -249,14 +288,17 @@ bool is_documented(const std::string& path) {
   }();
   const std::string pattern = key_pattern(path);
   if (known.contains(pattern)) return true;
-  const std::string of_region = "electrophysiology.regions.NAME.";
-  if (!pattern.starts_with(of_region)) return false;
-  const std::string own = pattern.substr(of_region.size());
-  const std::vector<std::string> models = cell_models();
-  return known.contains("electrophysiology." + own) ||
-         std::any_of(models.begin(), models.end(), [&](const std::string& model) {
-           return known.contains("electrophysiology." + model + "." + own);
-         });
+  const auto is_own = [&](const std::string& section, const std::vector<std::string>& models) {
+    const std::string of_region = section + ".regions.NAME.";
+    if (!pattern.starts_with(of_region)) return false;
+    const std::string own = pattern.substr(of_region.size());
+    return known.contains(section + "." + own) ||
+           std::any_of(models.begin(), models.end(), [&](const std::string& model) {
+             return known.contains(section + "." + model + "." + own);
+           });
+  };
+  return is_own("electrophysiology", cell_models()) || is_own("mechanics", laws()) ||
+         is_own("mechanics", tensions());
 }
 
 std::string key_reference() {

@@ -5,15 +5,14 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "solver/device.hpp"
+#include "solver/kernel_declarations.hpp"
 #include "solver/scene.hpp"
 
 namespace cohort {
 
 namespace {
 
-constexpr const char* folder = "cells/";
-constexpr const char* ending = ".cl";
+constexpr const char* folder = "cells";
 
 int parameter_index(const CellModel& model, const std::string& name) {
   const auto it = std::find_if(model.parameters.begin(), model.parameters.end(),
@@ -21,16 +20,9 @@ int parameter_index(const CellModel& model, const std::string& name) {
   return it == model.parameters.end() ? -1 : static_cast<int>(it - model.parameters.begin());
 }
 
-void read_declaration(CellModel& model, std::istringstream& words) {
-  std::string kind;
-  words >> kind;
+void read_declaration(CellModel& model, const std::string& kind, std::istringstream& words) {
   if (kind == "parameter") {
-    Parameter p{};
-    words >> p.path >> p.value >> p.lower >> p.upper >> p.unit >> std::quoted(p.meaning) >>
-        std::quoted(p.source);
-    if (!words)
-      throw std::invalid_argument("want: parameter NAME DEFAULT LOWER UPPER UNIT \"meaning\" \"source\"");
-    model.parameters.push_back(std::move(p));
+    model.parameters.push_back(read_parameter(words));
   } else if (kind == "state") {
     CellModel::State state;
     words >> state.name >> state.initial;
@@ -62,22 +54,11 @@ CellModel read_cell_model(const std::string& name) {
     throw std::invalid_argument("no cell model \"" + name + "\" in kernels/cells");
   CellModel model;
   model.name = name;
-  std::istringstream source(kernel_source(folder + name + ending));
-  int number = 0;
-  for (std::string line; std::getline(source, line);) {
-    ++number;
-    if (!line.starts_with("//@")) continue;
-    std::istringstream words(line.substr(3));
-    try {
-      read_declaration(model, words);
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("kernels/cells/" + name + ending + ":" + std::to_string(number) + ": " +
-                                  error.what());
-    }
-  }
+  read_declarations(folder, name, [&](const std::string& kind, std::istringstream& words) {
+    read_declaration(model, kind, words);
+  });
   if (model.rest < 0 || model.states.empty())
-    throw std::invalid_argument("kernels/cells/" + name + ending +
-                                ": a cell model needs rest and state lines");
+    throw std::invalid_argument("kernels/cells/" + name + ".cl: a cell model needs rest and state lines");
   return model;
 }
 
@@ -97,13 +78,7 @@ std::string CellModel::macros() const {
 }
 
 std::vector<std::string> cell_models() {
-  std::vector<std::string> names;
-  for (const std::string& file : kernel_files()) {
-    if (!file.starts_with(folder) || !file.ends_with(ending)) continue;
-    names.push_back(file.substr(std::string(folder).size(),
-                                file.size() - std::string(folder).size() - std::string(ending).size()));
-  }
-  return names;
+  return kernels_in(folder);
 }
 
 }  // namespace cohort

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "solver/heterogeneity.hpp"
+#include "solver/mechanics.hpp"
 
 namespace cohort {
 
@@ -99,6 +100,7 @@ std::string Excitation::defect(std::size_t m, const Member& member) {
   for (size_t k = 0; k < scene.stimuli.size(); ++k)
     if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
   if (const std::string why = layer_defect(scene, member.values); !why.empty()) return why;
+  if (const std::string why = law_defect(scene, member.values); !why.empty()) return why;
   if (eikonal && !eikonal->defect(m).empty()) return eikonal->defect(m);
   if (reaction_eikonal) {
     const std::string reason = reaction_eikonal->defect(tissue, monodomain, m, member);

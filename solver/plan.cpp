@@ -13,6 +13,7 @@
 #include "solver/heartbeat.hpp"
 #include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
+#include "solver/mechanics.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
@@ -275,11 +276,12 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
-  if (scene.mechanics) throw std::invalid_argument("mechanics: there is no deforming tissue yet");
   // The scene's own member: its tissue and its steps.
   Member base{0, scene.parameters.values()};
   scene.parameters.resolve(base.values);
   check_circulation(scene, members, base);
+  check_members(scene, members, base, law_defect);
+  if (scene.mechanics) throw std::invalid_argument("mechanics: there is no deforming tissue yet");
   if (scene.geometry == GeometryKind::none) return plan_circulation(device, scene, members, options);
   check_given_step(scene);
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;

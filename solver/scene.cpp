@@ -6,6 +6,7 @@
 #include "solver/conduction_system.hpp"
 #include "solver/electrophysiology.hpp"
 #include "solver/geometry.hpp"
+#include "solver/mechanics.hpp"
 #include "solver/pv_output.hpp"
 #include "solver/torso.hpp"
 
@@ -78,6 +79,7 @@ void declare_parameters(Scene& scene) {
     declare_electrophysiology(scene);
     declare_conduction_system(scene);
     declare_stimuli(scene);
+    declare_mechanics(scene);
     if (scene.ecg) declare_torso(scene.parameters, scene.torso);
     declare_probes(scene);
   }

@@ -41,7 +41,10 @@ scene:
     conduction_system: {early_sites: {mine: {surface: lv}}}
   stimuli: {s: {shape: box}, t: {site: sinoatrial_node}}
   torso: {shape: box}
-outputs: {ecg: {}, activation: {probes: {p_mm: [0, 0, 0]}}}
+  mechanics: {law: guccione, cavities: {lv: {shape: a}}, boundary: {top: {surface: b, spring: full}}}
+  circulation: {kind: closed_loop}
+  time: {beats: {}}
+outputs: {ecg: {}, activation: {probes: {p_mm: [0, 0, 0]}}, pv: {}, displacement: {points: {p_mm: [0, 0, 0]}}}
 parameters:
   grid.dx_mm: {uniform: [1, 2]}
   geometry.shapes.a.box.size_mm.x: {uniform: [1, 2]}
