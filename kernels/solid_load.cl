@@ -1,12 +1,5 @@
 // The member's kernel for prescribed pressures. Needs solid_nodes.cl, solid_cells.cl.
 
-// How a member's mechanics ended.
-#define RUNNING 0
-#define FINISHED 1
-#define INVERTED 2
-#define RUNAWAY 3
-#define STALLED 4  // the step has become too small a share of the first
-
 #define FEWEST_STEPS_TO_HALT 5
 
 // A member under prescribed pressures: one work-group (a work-item on CPUs) each. node_blocks, cell_blocks, item_blocks

@@ -3,84 +3,228 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solver/excitation.hpp"
 #include "solver/pv_output.hpp"
 
 namespace cohort {
 
+namespace {
+
+// Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at most.
+constexpr int steps_per_measure = 16;
+// Steps between two looks of the host at the members' states.
+constexpr int steps_per_look = 512;
+
+/// Activation times of the solid's cells from those of the excited tissue: of the cell at the same place, else of
+/// the nearest that a wave reaches within two cells.
+std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
+                                    std::span<const std::size_t> members) {
+  const SolidMesh& mesh = solid.mesh();
+  const Grid& coarse = solid.grid();
+  const Grid& fine = tissue.grid();
+  const int reach = 1 + static_cast<int>(std::ceil(coarse.dx_mm / fine.dx_mm));
+  std::vector<float> result(static_cast<std::size_t>(mesh.cells), -1.0f);
+  for (std::size_t m = 0; m < members.size(); ++m)
+    for (int i = mesh.cell_blocks[m] * SolidMesh::block; i < mesh.cell_blocks[m + 1] * SolidMesh::block; ++i) {
+      if (mesh.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
+      const std::array<double, 3> centre = solid.centre(static_cast<std::size_t>(i));
+      std::array<std::int64_t, 3> at{};
+      std::array<double, 3> offset{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double place = (centre[axis] - fine.origin_mm[axis]) / fine.dx_mm;
+        at[axis] = static_cast<std::int64_t>(std::floor(place));
+        offset[axis] = place - 0.5;
+      }
+      double nearest = 1e30;
+      for (int dz = -reach; dz <= reach; ++dz)
+        for (int dy = -reach; dy <= reach; ++dy)
+          for (int dx = -reach; dx <= reach; ++dx) {
+            const std::array<std::int64_t, 3> cell = {at[0] + dx, at[1] + dy, at[2] + dz};
+            double distance = 0;
+            for (std::size_t axis = 0; axis < 3; ++axis)
+              distance += (static_cast<double>(cell[axis]) - offset[axis]) * (static_cast<double>(cell[axis]) - offset[axis]);
+            if (distance >= nearest) continue;
+            const auto place = tissue.cell_at(cell, members[m]);
+            if (!place || times[*place] < 0) continue;
+            nearest = distance;
+            result[static_cast<std::size_t>(i)] = times[*place];
+          }
+    }
+  return result;
+}
+
+}  // namespace
+
+Grid solid_grid(const Scene& scene, const Plan& plan) {
+  const double dx = scene.parameters.value("grid.dx_mm"), coarse = solid_dx_mm(scene);
+  Grid grid{};
+  grid.dx_mm = coarse;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    constexpr double rounding = 1e-6;
+    const double first = std::floor(plan.origin_mm[axis] / coarse + rounding);
+    const double last = std::ceil((plan.origin_mm[axis] + dx * plan.cells[axis]) / coarse - rounding);
+    grid.origin_mm[axis] = first * coarse;
+    grid.cells[axis] = static_cast<int>(last - first);
+  }
+  grid.cells[0] = (grid.cells[0] + Tissue::lanes - 1) / Tissue::lanes * Tissue::lanes;
+  return grid;
+}
+
+double solid_dx_mm(const Scene& scene) {
+  const double own = scene.parameters.value("mechanics.dx_mm");
+  return own > 0 ? own : scene.parameters.value("grid.dx_mm");
+}
+
 std::size_t Heartbeat::bytes(const Scene& scene, int members_per_batch) {
-  return LumpedCirculation::bytes(scene, members_per_batch, pv_times_ms(scene).size()) +
+  return (scene.circulation ? LumpedCirculation::bytes(scene, members_per_batch, pv_times_ms(scene).size()) : 0) +
          static_cast<std::size_t>(members_per_batch * scene.parameters.size()) * real_bytes(scene.precision);
 }
 
-Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, int members_per_batch)
+Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
     : launcher_(launcher),
       scene_(scene),
-      circulation_(launcher, scene, members_per_batch, pv_times_ms(scene).size()),
-      parameters_(
-          launcher.device().allocate(static_cast<std::size_t>(members_per_batch * scene.parameters.size()) *
-                                     real_bytes(scene.precision))) {}
+      samples_(scene.circulation ? pv_times_ms(scene).size() : 0),
+      parameters_(launcher.device().allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
+                                             real_bytes(scene.precision))) {
+  if (scene.circulation) circulation_.emplace(launcher, scene, plan.members_per_device, samples_);
+  if (scene.mechanics) {
+    const Grid grid = solid_grid(scene, plan);
+    solid_.emplace(launcher, scene, scene_definitions(scene, grid), grid, plan.members_per_device);
+  }
+}
 
-void Heartbeat::run(std::span<const Member> members, std::span<Recording> recordings, double timeout_s) {
+void Heartbeat::upload(std::span<const Member> members) {
+  std::vector<double> values;
+  for (const Member& member : members) values.insert(values.end(), member.values.begin(), member.values.end());
+  const std::vector<std::byte> packed = pack(values, scene_.precision);
+  launcher_.queue().enqueueWriteBuffer(parameters_, CL_TRUE, 0, packed.size(), packed.data());
+}
+
+void Heartbeat::run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation,
+                    double timeout_s) {
   const auto start = Clock::now();
   std::vector<std::size_t> beating;  // of the batch
-  std::vector<double> values;
+  std::vector<Member> own;
   for (std::size_t m = 0; m < members.size(); ++m) {
     if (recordings[m].outcome != Outcome::done) continue;
-    if (const std::string why = circulation_defect(scene_, members[m].values); !why.empty()) {
+    if (const std::string why = scene_.circulation ? circulation_defect(scene_, members[m].values) : ""; !why.empty()) {
       reject(recordings[m], why);
       continue;
     }
     beating.push_back(m);
-    values.insert(values.end(), members[m].values.begin(), members[m].values.end());
+    own.push_back(members[m]);
   }
   if (beating.empty()) return;
-  const std::vector<std::byte> packed = pack(values, scene_.precision);
-  launcher_.queue().enqueueWriteBuffer(parameters_, CL_TRUE, 0, packed.size(), packed.data());
-  circulation_.initialise(parameters_, static_cast<int>(beating.size()));
-
-  launcher_.profile(batches_++ == 1);  // the first batch compiles
-  // A beat at a time. What deforms stands between the steps of the circulation, in launches of its own.
-  std::vector<HeartStatus> status;
-  bool running = true, late = false;
-  while (running && !late) {
-    circulation_.advance(parameters_, circulation_.steps_of_beat());
-    status = circulation_.status();
-    running = std::any_of(status.begin(), status.end(),
-                          [](const HeartStatus& s) { return s.ended == HeartEnd::running; });
-    late = seconds_since(start) > timeout_s;
+  upload(own);
+  if (solid_) {
+    solid_->build(parameters_, own);
+    std::vector<std::size_t> sound;
+    std::vector<Member> moving;
+    for (std::size_t k = 0; k < beating.size(); ++k) {
+      if (!solid_->defect(k).empty()) {
+        reject(recordings[beating[k]], solid_->defect(k));
+        continue;
+      }
+      sound.push_back(beating[k]);
+      moving.push_back(own[k]);
+    }
+    if (sound.empty()) return;
+    if (sound.size() < beating.size()) {
+      beating = sound;
+      own = moving;
+      upload(own);
+      solid_->build(parameters_, own);
+    }
+    if (excitation && excitation->eikonal)
+      solid_->activate(solid_activation(
+          *solid_, excitation->tissue,
+          excitation->eikonal->activation(excitation->tissue, std::numeric_limits<float>::max()), beating));
   }
-  launcher_.profile(false);
-  const std::vector<float> pressure = circulation_.pressure(), volume = circulation_.volume();
-  const std::size_t row = pressure.size() / beating.size();
+  if (circulation_) circulation_->initialise(parameters_, static_cast<int>(beating.size()));
+  const bool late = solid_ ? beat_tissue(start, timeout_s) : beat_alone(start, timeout_s);
   const double share_s = seconds_since(start) / static_cast<double>(beating.size());
+  std::vector<HeartStatus> status(beating.size());
+  std::vector<float> pressure, volume;
+  if (circulation_) {
+    status = circulation_->status();
+    pressure = circulation_->pressure();
+    volume = circulation_->volume();
+  }
+  const std::size_t row = pressure.size() / beating.size();
+  const std::vector<double> state = solid_ ? solid_->state() : std::vector<double>();
   for (std::size_t k = 0; k < beating.size(); ++k) {
     Recording& recording = recordings[beating[k]];
     recording.device_s += share_s;
-    simulated_ms_ += static_cast<double>(status[k].ended_ms);
-    if (status[k].ended == HeartEnd::running) {
-      recording.outcome = Outcome::timeout;
-      recording.failed_at_ms = status[k].beats * beat_ms(scene_);
-      recording.reason = "not finished after " + std::to_string(timeout_s) + " s";
-      continue;
-    }
-    store(members[beating[k]], status[k], std::span(pressure).subspan(k * row, row),
+    const std::span<const double> tissue =
+        solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size) : std::span<const double>();
+    simulated_ms_ += tissue.empty() ? static_cast<double>(status[k].ended_ms) : tissue[Solid::time];
+    store(own[k], k, late, status[k], tissue, std::span(pressure).subspan(k * row, row),
           std::span(volume).subspan(k * row, row), recording);
   }
 }
 
-void Heartbeat::store(const Member& member, const HeartStatus& status, std::span<const float> pressure,
-                      std::span<const float> volume, Recording& recording) const {
+// A beat at a time, all in one launch.
+bool Heartbeat::beat_alone(Clock::time_point start, double timeout_s) {
+  for (bool running = true; running;) {
+    circulation_->advance(parameters_, circulation_->steps_of_beat());
+    const std::vector<HeartStatus> status = circulation_->status();
+    running = std::any_of(status.begin(), status.end(),
+                          [](const HeartStatus& s) { return s.ended == HeartEnd::running; });
+    if (running && seconds_since(start) > timeout_s) return true;
+  }
+  return false;
+}
+
+bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
+  Solid& solid = *solid_;
+  for (std::int64_t step = 0;; ++step) {
+    const bool measured = step % steps_per_measure == 0;
+    if (measured) solid.measure(parameters_);
+    solid.forces(parameters_);
+    solid.predict();
+    if (circulation_)
+      solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);
+    else
+      solid.load(measured);
+    solid.move();
+    if ((step + 1) % steps_per_look != 0) {
+      if (step % steps_per_measure == 0) launcher_.queue().flush();
+      continue;
+    }
+    const std::vector<double> state = solid.state();
+    bool running = false;
+    for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size) running = running || state[k] == 0;
+    if (!running) return false;
+    if (seconds_since(start) > timeout_s) return true;
+  }
+}
+
+void Heartbeat::store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
+                      std::span<const double> tissue, std::span<const float> pressure, std::span<const float> volume,
+                      Recording& recording) {
+  const auto fail = [&](Outcome outcome, double time_ms, const std::string& reason) {
+    recording.outcome = outcome;
+    recording.failed_at_ms = time_ms;
+    recording.reason = reason;
+  };
   recording.pressure.assign(pressure.begin(), pressure.end());
   recording.volume.assign(volume.begin(), volume.end());
-  if (recording.dt_ms == 0) recording.dt_ms = circulation_.dt_ms();
-  if (status.ended == HeartEnd::unstable) {
-    recording.outcome = Outcome::unstable;
-    recording.failed_at_ms = static_cast<double>(status.ended_ms);
-    recording.reason = instability(scene_, status);
-    return;
+  if (!tissue.empty()) {
+    recording.dt_ms = tissue[Solid::largest_step];
+    const auto end = static_cast<SolidEnd>(static_cast<int>(tissue[Solid::ended]));
+    if (end != SolidEnd::moves && end != SolidEnd::settled)
+      return fail(Outcome::unstable, tissue[Solid::time], solid_->failure(k, end));
+    if (end == SolidEnd::moves && late)
+      return fail(Outcome::timeout, tissue[Solid::time], "not finished in the time that a member has");
+  } else if (status.ended == HeartEnd::running) {
+    return fail(Outcome::timeout, status.beats * beat_ms(scene_), "not finished in the time that a member has");
   }
+  if (!scene_.circulation) return;
+  if (recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
+  if (status.ended == HeartEnd::unstable)
+    return fail(Outcome::unstable, static_cast<double>(status.ended_ms), instability(scene_, status));
   if (scene_.beats && !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));

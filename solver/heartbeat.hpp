@@ -1,37 +1,53 @@
 #pragma once
 
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "solver/circulation.hpp"
+#include "solver/excitation.hpp"
 #include "solver/simulation.hpp"
+#include "solver/solid.hpp"
 
 namespace cohort {
 
-/// The beating heart of a batch: its circulation, and what is recorded of it. The host enqueues many steps
-/// and reads the members' status now and then; every member has its own time, step and end on the device.
+/// Spacing of the mechanics' grid: its own, or that of the scene.
+double solid_dx_mm(const Scene& scene);
+/// The mechanics' grid: it holds what the plan's grid holds.
+Grid solid_grid(const Scene& scene, const Plan& plan);
+
+/// The beating heart of a batch: deforming tissue, circulation, and what is recorded of them. The host enqueues
+/// many steps and reads the members' states now and then; every member has its own time, step and end on the
+/// device.
 class Heartbeat {
  public:
   /// Whether the scene has what beats.
-  static bool wanted(const Scene& scene) { return scene.circulation.has_value(); }
+  static bool wanted(const Scene& scene) { return scene.circulation || scene.mechanics; }
   static std::size_t bytes(const Scene& scene, int members_per_batch);
-  Heartbeat(Launcher& launcher, const Scene& scene, int members_per_batch);
+  Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan);
 
   /// Beats of members to their ends: pressures, volumes and their features into `recordings`. Members whose
-  /// recording is not done (yet rejected, unstable) are left as they are.
-  void run(std::span<const Member> members, std::span<Recording> recordings, double timeout_s);
+  /// recording is not done (yet rejected, unstable) are left as they are. excitation: which activated these
+  /// members; null where nothing is excited.
+  void run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation, double timeout_s);
 
   double simulated_ms() const { return simulated_ms_; }  ///< summed over members
 
  private:
-  void store(const Member& member, const HeartStatus& status, std::span<const float> pressure,
-             std::span<const float> volume, Recording& recording) const;
+  void upload(std::span<const Member> members);
+  /// Both return whether the time was over first.
+  bool beat_alone(Clock::time_point start, double timeout_s);
+  bool beat_tissue(Clock::time_point start, double timeout_s);
+  void store(const Member& member, std::size_t k, bool late, const HeartStatus& status, std::span<const double> tissue,
+             std::span<const float> pressure, std::span<const float> volume, Recording& recording);
 
   Launcher& launcher_;
   const Scene& scene_;
-  LumpedCirculation circulation_;
+  std::size_t samples_;
+  std::optional<LumpedCirculation> circulation_;
+  std::optional<Solid> solid_;
   cl::Buffer parameters_;
   double simulated_ms_ = 0;
-  int batches_ = 0;
 };
 
 }  // namespace cohort

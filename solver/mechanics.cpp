@@ -102,6 +102,22 @@ void declare_boundary(Scene& scene) {
   }
 }
 
+// Prescribed loads, and when the tissue rests under them.
+void declare_load(Scene& scene) {
+  const std::string load = root + "load.";
+  const auto structural = [&](const char* name, const char* unit, double value, double lower, double upper,
+                              const char* meaning, const char* source) {
+    Parameter p{load + name, unit, value, lower, upper, meaning, source};
+    p.structural = true;
+    scene.parameters.add(p);
+  };
+  structural("ramp_ms", "ms", 5, 0, 1e6, "over which pressures and a constant tension rise", "chosen");
+  if (!scene.mechanics->quasi_static) return;
+  structural("at_most_ms", "ms", 2000, 1, 1e9, "a member that does not rest by then has failed", "chosen");
+  structural("tolerance", "1", 1e-3, 1e-6, 0.1,
+             "norm of the forces not in balance over that of the pressures' forces", "solver/README.md");
+}
+
 void declare_cavities(Scene& scene) {
   const Mechanics& mechanics = *scene.mechanics;
   ParameterTable& table = scene.parameters;
@@ -148,6 +164,10 @@ void declare_mechanics(Scene& scene) {
       {root + "density_mg_per_mm3", "mg/mm3", 1.06, 1e-3, 100, "mass of tissue in a volume", "muscle: 1.06"});
   table.add({root + "damping_per_ms", "1/ms", 0.02, 0, 100, "damping of the mass in beats",
              "measured: 0 is stable too"});
+  Parameter dx{root + "dx_mm", "mm", 0, 0, 20, "edge of a cell of the mechanics' grid; 0: that of the scene", "the scene"};
+  dx.structural = true;
+  table.add(dx);
+  if (!scene.circulation) declare_load(scene);
   const std::vector<Group> all = groups(*scene.mechanics);
   for (const Group& group : all)
     for (Parameter p : group.parameters) {

@@ -15,6 +15,7 @@
 #include "solver/lead_weights.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/plan_mechanics.hpp"
 #include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
 #include "solver/pv_output.hpp"
@@ -28,12 +29,6 @@
 namespace cohort {
 
 namespace {
-
-void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& what) {
-  if (needed <= limit) return;
-  throw std::runtime_error("too little device memory: " + what + " needs " + std::to_string(needed) +
-                           " bytes, and there are " + std::to_string(limit) + " bytes");
-}
 
 // Whether the stimuli start one front, or one that comes again and again.
 bool one_front(const Scene& scene, std::span<const double> values) {
@@ -234,44 +229,6 @@ void check_circulation(const Scene& scene, std::span<const Member> members, cons
   check_members(scene, members, base, circulation_defect);
 }
 
-// A scene without tissue.
-Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
-                      const PlanOptions& options) {
-  Plan plan{};
-  plan.activation_reason = "there is no tissue";
-  // A work-item is a member: some for each core, or enough to hide a GPU's latency.
-  constexpr int on_gpu = 4096, on_cpu = 64;
-  plan.members_per_device = options.members_per_device > 0 ? options.members_per_device
-                            : device.info().gpu            ? on_gpu
-                                                           : on_cpu;
-  if (!members.empty())
-    plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
-  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device);
-  for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
-                           "recorder", "activation times", "mechanics"})
-    plan.modules.push_back({name, false, "there is no tissue", {}, 0});
-  plan.modules.push_back(
-      {"circulation",
-       true,
-       scene.pv ? "outputs.pv: all chambers are elastances" : "all chambers are elastances",
-       {"start_circulation", "advance_circulation"},
-       plan.bytes});
-  plan.modules.push_back({"fluid", false, "no flow output is asked for", {}, 0});
-  const std::size_t limit = options.memory_limit_bytes > 0
-                                ? std::min(options.memory_limit_bytes, device.info().memory_bytes)
-                                : device.info().memory_bytes;
-  refuse_beyond(plan.bytes, limit, "a batch of " + std::to_string(plan.members_per_device) + " members");
-  const double length_ms =
-      scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
-  plan.dt_ms = scene.parameters.value("circulation.dt_ms");
-  plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
-  // Measured (solver/README.md): a step of one member on a CPU core; on a GPU a step of them all.
-  constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
-  plan.seconds_per_member =
-      plan.steps * (device.info().gpu ? gpu_step_s / plan.members_per_device : cpu_step_s);
-  return plan;
-}
-
 }  // namespace
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
@@ -281,8 +238,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   scene.parameters.resolve(base.values);
   check_circulation(scene, members, base);
   check_members(scene, members, base, law_defect);
-  if (scene.mechanics) throw std::invalid_argument("mechanics: there is no deforming tissue yet");
   if (scene.geometry == GeometryKind::none) return plan_circulation(device, scene, members, options);
+  if (!excites(scene)) return plan_solid(device, scene, members, base, options);
   check_given_step(scene);
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
   const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
@@ -432,12 +389,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},
          activation_fields(scene) > 1 ? Probes::bytes(scene, batch, samples_of(scene) + 1) : 0);
-  module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
-  module("circulation", Heartbeat::wanted(scene),
-         scene.circulation ? "all chambers are elastances" : "no circulation is asked for",
-         {"start_circulation", "advance_circulation"},
-         scene.circulation ? Heartbeat::bytes(scene, batch) : 0);
-  module("fluid", false, "no flow output is asked for", {}, 0);
+  const SolidPlan solid = add_mechanics(launcher, scene, base, batch, plan);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
   refuse_beyond(plan.bytes, limit, whole_batch);
@@ -449,6 +401,11 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     constexpr double seconds_per_cell = 13e-6, measured_GB_per_s = 18;
     plan.seconds_per_member = seconds_per_cell * static_cast<double>(plan.tissue_cells) * measured_GB_per_s /
                               device.triad_GB_per_s();
+    plan.seconds_per_member += solid.seconds_per_member;
+    if (scene.mechanics) {
+      plan.dt_ms = solid.dt_ms;
+      plan.steps = solid.steps;
+    }
     return plan;
   }
   tissue.build_fibres(parameters);

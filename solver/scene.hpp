@@ -166,6 +166,13 @@ struct Scene {
   ParameterTable parameters;  ///< filled by declare_parameters
 };
 
+/// Whether something excites tissue: an output of it is asked for, or an active tension waits for a wave.
+inline bool excites(const Scene& scene) {
+  const bool wave = scene.conduction_system || !scene.stimuli.empty();
+  return scene.geometry != GeometryKind::none &&
+         (scene.ecg || scene.activation || !scene.mechanics || (!scene.mechanics->tension.empty() && wave));
+}
+
 /// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest
 /// and the number of activations too.
 inline int activation_fields(const Scene& scene) {

@@ -10,8 +10,8 @@ namespace cohort {
 
 Simulation::State::State(Device& device, const Scene& scene_, const Plan& plan)
     : scene(scene_), launcher(device, scene_.precision) {
-  if (scene.geometry != GeometryKind::none) excitation.emplace(launcher, scene, plan);
-  if (Heartbeat::wanted(scene)) heartbeat.emplace(launcher, scene, plan.members_per_device);
+  if (excites(scene)) excitation.emplace(launcher, scene, plan);
+  if (Heartbeat::wanted(scene)) heartbeat.emplace(launcher, scene, plan);
 }
 
 Simulation::Simulation(Device& device, const Scene& scene, const Plan& plan)
@@ -42,7 +42,7 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
     s.launcher.queue().finish();
     s.excitation->run(members, recordings, start, timeout_s);
   }
-  if (s.heartbeat) s.heartbeat->run(members, recordings, timeout_s);
+  if (s.heartbeat) s.heartbeat->run(members, recordings, s.excitation ? &*s.excitation : nullptr, timeout_s);
   for (Recording& recording : recordings)
     recording.wall_s = seconds_since(start) / static_cast<double>(members.size());
   return recordings;

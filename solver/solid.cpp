@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 
+#include "solver/circulation.hpp"
 #include "solver/geometry.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"
@@ -55,7 +57,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
       grid_(grid),
       capacity_(members),
       voids_(static_cast<int>(solid_voids(scene).size())),
-      wide_(true) {
+      wide_(launcher.device().has_double()) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
@@ -64,7 +66,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   setup.generated += geometry_source(scene) + solid_part_source(scene);
   const MechanicsText text = mechanics_text(scene);
   std::vector<std::string> options = {"SAMPLES=" + std::to_string(samples_along_edge)};
-  if (text.sheets) options.emplace_back("SHEETS");
+  if (text.law.sheets) options.emplace_back("SHEETS");
   const cl::Program geometry = setup.build(device, files, options);
   parts_ = launcher.handle(geometry, "solid_parts");
   vertex_voids_ = launcher.handle(geometry, "solid_vertex_voids");
@@ -72,18 +74,34 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
 
   Definitions stepping = definitions;
   stepping.generated += text.generated;
-  std::vector<std::string> parts = {"solid.clh"};
+  const bool beats = scene.circulation.has_value();
+  std::vector<std::string> parts;
+  if (beats) {
+    parts = {"circulation.clh", "beats.clh"};
+    stepping.generated += circulation_tables(scene, !wide_) + "constant int chamber_of_cavity[] = {";
+    for (const Mechanics::Cavity& cavity : scene.mechanics->cavities) {
+      std::size_t chamber = 0;
+      while (chamber < chamber_count && cavity.name != chamber_names[chamber]) ++chamber;
+      stepping.generated += std::to_string(chamber) + ",";
+    }
+    stepping.generated += "};\n";
+  } else if (!wide_) {
+    stepping.generated += "#define CIRCULATION_SINGLE\n";
+  }
+  parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid.cl"}) parts.emplace_back(file);
+  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl"}) parts.emplace_back(file);
+  parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
-             "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()), "MASS_FLOOR=R(0.25)",
+             "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()), "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
              "MEMBER_GROUP=" + std::to_string(member_group)};
   const cl::Program program = stepping.build(device, parts, options);
-  tension_states_ = text.tension_states;
+  tension_states_ = text.tension.states;
+  sheets_ = text.law.sheets;
   forces_ = launcher.handle(program, "solid_forces");
   cavity_forces_ = launcher.handle(program, "cavity_forces");
   predict_ = launcher.handle(program, "solid_predict");
-  load_ = launcher.handle(program, "solid_load");
+  member_ = launcher.handle(program, beats ? "solid_beat" : "solid_load");
   move_ = launcher.handle(program, "solid_move");
   measure_ = launcher.handle(program, "solid_measure");
 }
@@ -142,8 +160,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   cell_blocks_ = upload_new(launcher_, mesh_.cell_blocks);
   item_blocks_ = upload_new(launcher_, mesh_.item_blocks);
 
-  const MechanicsText text = mechanics_text(scene_);
-  direction_ = device.allocate(n(mesh_.cells) * (text.sheets ? 24 : 12) * real);
+  direction_ = device.allocate(n(mesh_.cells) * (sheets_ ? 24 : 12) * real);
   const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
   launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
             grid_.origin_and_spacing(), grid_cell, region_, direction_, mesh_.cells);
@@ -162,13 +179,39 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   volume_ = reals(std::vector<double>(n(mesh_.items), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
-  std::vector<double> tension(n(tension_states_ + 1) * n(mesh_.cells), 0);
-  std::fill(tension.end() - mesh_.cells, tension.end(), 1.0);
+  std::vector<double> tension(n(tension_states_ + 2) * n(mesh_.cells), 0);
+  std::fill_n(tension.begin() + tension_states_ * mesh_.cells, mesh_.cells, 1.0);  // stretch
   tension_ = reals(tension);
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
   node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
   measures_ = reals(std::vector<double>(3 * n(mesh_.cells / SolidMesh::block), 0));
-  set_state(std::vector<double>(members.size() * state_size, 0));
+  std::vector<double> state(members.size() * state_size, 0), inflation, damping, pressures;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const auto value = [&](const std::string& path) {
+      return members[m].values[n(scene_.parameters.index("mechanics." + path))];
+    };
+    damping.push_back(value("damping_per_ms"));
+    state[m * state_size + Slot::beat_time] = scene_.circulation ? -1 : 0;
+    state[m * state_size + Slot::damping] = scene_.mechanics->quasi_static ? 0 : damping.back();
+    if (!scene_.circulation)
+      for (const Mechanics::Cavity& cavity : scene_.mechanics->cavities)
+        pressures.push_back(value("cavities." + cavity.name + ".pressure_kPa"));
+    if (!scene_.circulation) continue;
+    constexpr double kPa_per_mmHg = 1 / 7.50061683;
+    inflation.push_back(value("inflation.duration_ms"));
+    inflation.push_back(value("inflation.damping_per_ms"));
+    for (const Mechanics::Cavity& cavity : scene_.mechanics->cavities)
+      inflation.push_back(value("inflation." + cavity.name + "_pressure_mmHg") * kPa_per_mmHg);
+  }
+  set_state(state);
+  damping_ = reals(damping);
+  inflation_ = reals(inflation);
+  pressures_ = reals(pressures);
+  if (scene_.circulation) return;
+  const bool still = scene_.mechanics->quasi_static;
+  const auto structural = [&](const char* path) { return scene_.parameters.value(path); };
+  loads_ = {structural("mechanics.load.ramp_ms"), still ? structural("mechanics.load.at_most_ms") : structural("time.end_ms"),
+            still ? structural("mechanics.load.tolerance") : 0, still ? 1.0 : 0.0};
 }
 
 void Solid::build_supports(std::span<const Member> members) {
@@ -280,14 +323,23 @@ void Solid::predict() {
             mesh_.cells, mesh_.nodes, supports_, mesh_.items, mesh_.cavity_nodes, odd_);
 }
 
-void Solid::load(const std::vector<double>& pressures_kPa, Real4 loads, bool measured) {
+void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
-  if (pressures_() == nullptr) pressures_ = reals(pressures_kPa);
   const auto groups = static_cast<std::size_t>(members_);
-  launcher_(load_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1), 0.0,
-            node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, pressures_, loads, state_,
+  launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1), 0.0,
+            node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, pressures_, loads_, state_,
             mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm},
             Real{courant}, odd_);
+}
+
+void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples, bool measured) {
+  const bool gpu = launcher_.device().info().gpu;
+  const auto groups = static_cast<std::size_t>(members_);
+  launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1), 0.0,
+            parameters, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, inflation_, damping_,
+            state_, circulation.states(), circulation.statuses(), circulation.clock(), circulation.pressure_buffer(),
+            circulation.volume_buffer(), circulation.at_most(), samples, mesh_.nodes / SolidMesh::block,
+            mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
@@ -304,7 +356,7 @@ void Solid::measure(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
   launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block), cl::NDRange(gpu ? SolidMesh::block : 1),
             static_cast<double>(cells) * 100, parameters, state_, member_of_cell_, cell_nodes_, share_, region_,
-            direction_, u_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
+            direction_, tension_, u_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
 }
 
 std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
@@ -321,12 +373,96 @@ std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
 
 std::vector<double> Solid::state() {
   std::vector<double> result(static_cast<std::size_t>(members_) * state_size);
-  launcher_.queue().enqueueReadBuffer(state_, CL_TRUE, 0, result.size() * sizeof(double), result.data());
+  if (wide_) {
+    launcher_.queue().enqueueReadBuffer(state_, CL_TRUE, 0, result.size() * sizeof(double), result.data());
+    return result;
+  }
+  std::vector<float> single(result.size());
+  launcher_.queue().enqueueReadBuffer(state_, CL_TRUE, 0, single.size() * sizeof(float), single.data());
+  std::copy(single.begin(), single.end(), result.begin());
   return result;
 }
 
 void Solid::set_state(const std::vector<double>& state) {
-  state_ = upload_new(launcher_, state);
+  state_ = wide_ ? upload_new(launcher_, state) : upload_new(launcher_, std::vector<float>(state.begin(), state.end()));
+}
+
+double Solid::first_step_ms(const cl::Buffer& parameters) {
+  measure(parameters);
+  const std::vector<double> found = read(measures_, static_cast<std::size_t>(mesh_.cells / SolidMesh::block));
+  return courant * grid_.dx_mm / std::sqrt(*std::max_element(found.begin(), found.end()));
+}
+
+std::size_t Solid::bytes() const {
+  const std::size_t real = real_bytes(scene_.precision), cavities = scene_.mechanics->cavities.size();
+  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
+             items = static_cast<std::size_t>(mesh_.items), rim = static_cast<std::size_t>(mesh_.cavity_nodes);
+  const std::size_t directions = sheets_ ? 24 : 12;
+  return cells * (33 + real * (4 + directions + 24 + 1 + static_cast<std::size_t>(tension_states_ + 2))) +
+         nodes * (8 * 4 + 8 + real * (3 + 3 + 3 + 1)) + items * (5 + real * (4 + 6 + 24 + 1)) +
+         rim * cavities * (32 + 3 * real) + static_cast<std::size_t>(supports_) * 18 * real +
+         static_cast<std::size_t>(grid_.size()) * (1 + 2 * static_cast<std::size_t>(4 * (voids_ + 1)));
+}
+
+std::array<double, 3> Solid::centre(std::size_t cell) const {
+  const std::int64_t at = mesh_.grid_cell[cell] % grid_.size();
+  const auto& [nx, ny, nz] = grid_.cells;
+  const std::array<std::int64_t, 3> index = {at % nx, at / nx % ny, at / (std::int64_t{nx} * ny)};
+  std::array<double, 3> result{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    result[axis] = grid_.origin_mm[axis] + grid_.dx_mm * (static_cast<double>(index[axis]) + 0.5);
+  return result;
+}
+
+std::string Solid::failure(std::size_t k, SolidEnd end) {
+  const std::vector<double> u = displacement();
+  double worst = 1e30;
+  std::size_t where = 0;
+  const auto nodes = static_cast<std::size_t>(mesh_.nodes);
+  for (int i = mesh_.cell_blocks[k] * SolidMesh::block; i < mesh_.cell_blocks[k + 1] * SolidMesh::block; ++i) {
+    const auto cell = static_cast<std::size_t>(i);
+    if (mesh_.grid_cell[cell] < 0) continue;
+    // Volume of the cell by its edges' means.
+    std::array<std::array<double, 3>, 3> F{};
+    for (int corner = 0; corner < 8; ++corner)
+      for (std::size_t row = 0; row < 3; ++row)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          F[row][axis] += (corner >> axis & 1 ? 0.25 : -0.25) / grid_.dx_mm *
+                          u[row * nodes + static_cast<std::size_t>(mesh_.cell_nodes[static_cast<std::size_t>(corner) *
+                                                                                      static_cast<std::size_t>(mesh_.cells) +
+                                                                                  cell])];
+    for (std::size_t row = 0; row < 3; ++row) F[row][row] += 1;
+    const double J = F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1]) - F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0]) +
+                     F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0]);
+    if (J < worst || std::isnan(J)) {
+      worst = J;
+      where = cell;
+      if (std::isnan(J)) break;
+    }
+  }
+  const std::array<double, 3> X = centre(where);
+  std::ostringstream text;
+  text.precision(3);
+  switch (end) {
+    case SolidEnd::inverted:
+      text << "a cell of the tissue is inverted";
+      break;
+    case SolidEnd::runaway:
+      text << "the tissue runs away: its energy is no number";
+      break;
+    case SolidEnd::stiff:
+      text << "the tissue collapses: its waves ask for steps of less than 2 % of the first";
+      break;
+    case SolidEnd::unsettled:
+      text << "the tissue comes to no rest under its loads";
+      break;
+    case SolidEnd::moves:
+    case SolidEnd::settled:
+      break;
+  }
+  text << "; smallest volume ratio " << worst << " at (" << X[0] << ", " << X[1] << ", " << X[2] << ") mm, region "
+       << scene_.regions[mesh_.region[where]].name;
+  return text.str();
 }
 
 std::vector<double> Solid::displacement() {

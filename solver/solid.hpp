@@ -9,6 +9,11 @@
 
 namespace cohort {
 
+class LumpedCirculation;
+
+/// How a member's tissue ended; kernels/solid.clh.
+enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
+
 /// Deforming tissue of a batch of members on the device: geometry, fields, and the launches of a step
 /// (kernels/solid*.cl). Whoever steps it owns the member's kernel between predict() and move().
 class Solid {
@@ -25,12 +30,24 @@ class Solid {
   void activate(const std::vector<float>& times);
   void forces(const cl::Buffer& parameters);
   void predict();
-  /// Member's kernel for prescribed pressures (members, cavities), kPa.
-  void load(const std::vector<double>& pressures_kPa, Real4 loads, bool measured);
+  /// Member's kernel for prescribed pressures.
+  void load(bool measured);
+  /// Member's kernel of a beating heart: inflation, then the circulation with the tissue's cavities.
+  void beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples, bool measured);
   void move();
   void measure(const cl::Buffer& parameters);
   /// Which of two steps in turn: counts move().
   int odd() const { return odd_; }
+
+  /// What went wrong with member k, and where.
+  std::string failure(std::size_t k, SolidEnd end);
+  /// Centre of a cell at rest, mm.
+  std::array<double, 3> centre(std::size_t cell) const;
+
+  /// The largest step at rest, ms.
+  double first_step_ms(const cl::Buffer& parameters);
+  /// Device bytes of what has been built.
+  std::size_t bytes() const;
 
   const SolidMesh& mesh() const { return mesh_; }
   const Grid& grid() const { return grid_; }
@@ -45,9 +62,10 @@ class Solid {
   std::array<double, 3> displacement_at(std::size_t m, const std::array<double, 3>& X,
                                         const std::vector<double>& displacement) const;
 
-  static constexpr int state_size = 24, first_pressure = 16, first_volume = 20;
-  enum Slot { time, step, odd_step, largest_step, damping, load_share, quench, kinetic, residual, smallest_J,
-              largest_speed2, strain_energy, ended, steps_done, halted, since_halt };
+  /// kernels/solid.clh has the same list.
+  enum Slot { time, step, odd_step, largest_step, damping, load_share, beat_time, beat_number, beat_length, halt, halted,
+              since_halt, kinetic, residual, smallest_J, largest_speed2, strain_energy, first_step, ended, steps_done,
+              first_pressure, first_volume = first_pressure + 4, state_size = first_volume + 4 };
 
  private:
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
@@ -59,14 +77,15 @@ class Solid {
   const Scene& scene_;
   Grid grid_;
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
-  bool wide_;
+  bool wide_, sheets_ = false;
   SolidMesh mesh_;
   int supports_ = 0;
+  Real4 loads_{};  ///< kernels/solid_load.cl
   cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_, direction_,
       activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_, position_, lid_,
       gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
-      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_;
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, cavity_forces_, predict_, load_, move_, measure_;
+      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_, inflation_, damping_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, cavity_forces_, predict_, member_, move_, measure_;
 };
 
 }  // namespace cohort

@@ -1,0 +1,132 @@
+#include "solver/plan_mechanics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "solver/heartbeat.hpp"
+#include "solver/mechanics.hpp"
+#include "solver/precision.hpp"
+
+namespace cohort {
+
+void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& what) {
+  if (needed <= limit) return;
+  throw std::runtime_error("too little device memory: " + what + " needs " + std::to_string(needed) +
+                           " bytes, and there are " + std::to_string(limit) + " bytes");
+}
+
+std::size_t memory_limit(const Device& device, const PlanOptions& options) {
+  const std::size_t memory = device.info().memory_bytes;
+  return options.memory_limit_bytes > 0 ? std::min(options.memory_limit_bytes, memory) : memory;
+}
+
+// A scene without tissue.
+Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
+                      const PlanOptions& options) {
+  Plan plan{};
+  plan.activation_reason = "there is no tissue";
+  // A work-item is a member: some for each core, or enough to hide a GPU's latency.
+  constexpr int on_gpu = 4096, on_cpu = 64;
+  plan.members_per_device = options.members_per_device > 0 ? options.members_per_device
+                            : device.info().gpu            ? on_gpu
+                                                           : on_cpu;
+  if (!members.empty())
+    plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
+  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device);
+  for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
+                           "recorder", "activation times", "mechanics"})
+    plan.modules.push_back({name, false, "there is no tissue", {}, 0});
+  plan.modules.push_back(
+      {"circulation",
+       true,
+       scene.pv ? "outputs.pv: all chambers are elastances" : "all chambers are elastances",
+       {"start_circulation", "advance_circulation"},
+       plan.bytes});
+  plan.modules.push_back({"fluid", false, "no flow output is asked for", {}, 0});
+  const std::size_t limit = options.memory_limit_bytes > 0
+                                ? std::min(options.memory_limit_bytes, device.info().memory_bytes)
+                                : device.info().memory_bytes;
+  refuse_beyond(plan.bytes, limit, "a batch of " + std::to_string(plan.members_per_device) + " members");
+  const double length_ms =
+      scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
+  plan.dt_ms = scene.parameters.value("circulation.dt_ms");
+  plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
+  // Measured (solver/README.md): a step of one member on a CPU core; on a GPU a step of them all.
+  constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
+  plan.seconds_per_member =
+      plan.steps * (device.info().gpu ? gpu_step_s / plan.members_per_device : cpu_step_s);
+  return plan;
+}
+
+Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> members, const Member& base,
+                const PlanOptions& options) {
+  Plan plan{};
+  plan.activation_reason = "nothing is excited";
+  const Grid grid = make_grid(scene, members);
+  plan.cells = grid.cells;
+  plan.origin_mm = grid.origin_mm;
+  plan.members_per_device = options.members_per_device > 0 ? options.members_per_device : 1;
+  if (!members.empty())
+    plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
+  for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
+                           "recorder", "activation times"})
+    plan.modules.push_back({name, false, "nothing is excited", {}, 0});
+  Launcher launcher(device, scene.precision);
+  const SolidPlan solid = add_mechanics(launcher, scene, base, plan.members_per_device, plan);
+  refuse_beyond(plan.bytes, memory_limit(device, options),
+                "a batch of " + std::to_string(plan.members_per_device) + " members");
+  plan.tissue_cells = solid.cells;
+  plan.dt_ms = solid.dt_ms;
+  plan.steps = solid.steps;
+  plan.seconds_per_member = solid.seconds_per_member;
+  return plan;
+}
+
+SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& base, int batch, Plan& plan) {
+  SolidPlan result;
+  const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
+                          std::size_t bytes) {
+    plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
+    plan.bytes += runs ? bytes : 0;
+  };
+  if (scene.mechanics) {
+    Device& device = launcher.device();
+    const Grid grid = solid_grid(scene, plan);
+    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1);
+    const std::vector<std::byte> packed = pack(base.values, scene.precision);
+    const cl::Buffer parameters = device.allocate(packed.size());
+    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+    solid.build(parameters, {&base, 1});
+    if (!solid.defect(0).empty()) throw std::invalid_argument("mechanics: " + solid.defect(0));
+    const SolidMesh& mesh = solid.mesh();
+    result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
+    result.dt_ms = solid.first_step_ms(parameters);
+    const double length_ms = scene.circulation ? most_beats(scene) * beat_ms(scene) : scene.mechanics->quasi_static ? 0 : scene.parameters.value("time.end_ms");
+    // Steps shorten as walls thin and muscle stiffens: to two thirds on average over a beat of the default heart.
+    constexpr double shorter = 1.5, steps_to_rest = 1000;
+    result.steps = static_cast<int>(length_ms > 0 ? shorter * length_ms / result.dt_ms : steps_to_rest);
+    // Measured (solver/README.md): a cell's step on a CPU core; on a GPU by launches, or by traffic.
+    constexpr double cpu_cell_s = 250e-9, gpu_step_s = 30e-6, gpu_cell_s = 0.3e-9;
+    const double cells = static_cast<double>(result.cells);
+    result.seconds_per_member =
+        result.steps * (device.info().gpu ? std::max(gpu_step_s / batch, gpu_cell_s * cells) : cpu_cell_s * cells);
+    module("mechanics", true, scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
+           {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces", "cavity_forces",
+            "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
+           static_cast<std::size_t>(batch) * solid.bytes());
+  } else {
+    module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
+  }
+  const bool tissue = scene.mechanics && !scene.mechanics->cavities.empty();
+  module("circulation", scene.circulation.has_value(),
+         !scene.circulation ? "no circulation is asked for"
+         : tissue           ? "joins cavities of tissue and chambers"
+                            : "all chambers are elastances",
+         {"start_circulation", "advance_circulation"},
+         scene.circulation ? Heartbeat::bytes(scene, batch) : 0);
+  module("fluid", false, "no flow output is asked for", {}, 0);
+  return result;
+}
+
+}  // namespace cohort

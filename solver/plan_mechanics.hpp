@@ -1,0 +1,37 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "solver/launch.hpp"
+#include "solver/simulation.hpp"
+
+// What make_plan says of deforming tissue and circulation.
+namespace cohort {
+
+/// Throws std::runtime_error naming the bytes where `needed` is more than `limit`.
+void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& what);
+/// What a plan may take of a device's memory.
+std::size_t memory_limit(const Device& device, const PlanOptions& options);
+
+/// A scene without tissue.
+Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
+                      const PlanOptions& options);
+
+/// A scene whose tissue deforms but is not excited. base: of the scene's own values, resolved.
+Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> members, const Member& base,
+                const PlanOptions& options);
+
+/// Expected of the mechanics, at rest.
+struct SolidPlan {
+  std::size_t cells = 0;
+  int steps = 0;
+  double dt_ms = 0, seconds_per_member = 0;
+};
+
+/// Appends mechanics, circulation and fluid to the modules of `plan`, whose grid is set. Builds the tissue of
+/// the scene's own values; throws std::invalid_argument where it cannot deform (a cavity that is not closed, a
+/// clamp that holds nothing).
+SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& base, int batch, Plan& plan);
+
+}  // namespace cohort
