@@ -238,7 +238,6 @@ void check_circulation(const Scene& scene, std::span<const Member> members, cons
 Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
                       const PlanOptions& options) {
   Plan plan{};
-  plan.activation_reason = "there is no tissue";
   // A work-item is a member: some for each core, or enough to hide a GPU's latency.
   constexpr int on_gpu = 4096, on_cpu = 64;
   plan.members_per_device = options.members_per_device > 0 ? options.members_per_device
