@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solver/circulation.hpp"
 #include "solver/excitation.hpp"
 #include "solver/pv_output.hpp"
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "solver/circulation.hpp"
 #include "solver/excitation.hpp"
+#include "solver/lumped_circulation.hpp"
 #include "solver/simulation.hpp"
 #include "solver/solid.hpp"
 

@@ -25,7 +25,6 @@ std::size_t memory_limit(const Device& device, const PlanOptions& options) {
 Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
                       const PlanOptions& options) {
   Plan plan{};
-  plan.activation_reason = "there is no tissue";
   // A work-item is a member: some for each core, or enough to hide a GPU's latency.
   constexpr int on_gpu = 4096, on_cpu = 64;
   plan.members_per_device = options.members_per_device > 0 ? options.members_per_device
@@ -52,7 +51,7 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
       scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
   plan.dt_ms = scene.parameters.value("circulation.dt_ms");
   plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
-  // Measured (solver/README.md): a step of one member on a CPU core; on a GPU a step of them all.
+  // A step of one member on a CPU core, measured (solver/README.md); on a GPU one of them all, a guess.
   constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
   plan.seconds_per_member =
       plan.steps * (device.info().gpu ? gpu_step_s / plan.members_per_device : cpu_step_s);

@@ -7,6 +7,7 @@
 
 #include "solver/circulation.hpp"
 #include "solver/geometry.hpp"
+#include "solver/lumped_circulation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"
 #include "solver/solid_voids.hpp"
