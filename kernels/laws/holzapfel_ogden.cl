@@ -23,8 +23,7 @@
 static inline real fibre_energy(real x, real a, real b, real *first, real *second) {
   real growth;
   const real k = HEAVISIDE_STEEPNESS, q = b * x * x;
-  const real whole = q < 1 ? expm1(q) : bounded_exp(q, &growth) - 1;
-  bounded_exp(q, &growth);
+  const real whole = bounded_exp(q, &growth) - 1;
   const real on = 1 / (1 + exp(-clamp(k * x, R(-80.0), R(80.0)))), on_slope = k * on * (1 - on);
   const real scale = a / (2 * b), slope = 2 * b * x * growth, curvature = 2 * b * growth * (1 + 2 * q);
   *first = scale * (on_slope * whole + on * slope);
@@ -34,8 +33,7 @@ static inline real fibre_energy(real x, real a, real b, real *first, real *secon
 
 /// a/(2b) (e^q - 1), *growth = e^q.
 static inline real ground_energy(real q, real a, real b, real *growth) {
-  const real whole = bounded_exp(q, growth) - 1;
-  return a / (2 * b) * (fabs(q) < 1 ? expm1(q) : whole);
+  return a / (2 * b) * (bounded_exp(q, growth) - 1);
 }
 
 symmetric law_stress(symmetric C, real J, real3 f, real3 s, global const real *M) {
