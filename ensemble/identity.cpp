@@ -28,7 +28,8 @@ std::string list(const std::vector<double>& values) {
 }
 
 std::string geometry(const Scene& scene) {
-  std::string text = fmt::format("geometry {}\n", word(scene.geometry, {"box", "shapes", "heart", "labels"}));
+  std::string text =
+      fmt::format("geometry {}\n", word(scene.geometry, {"none", "box", "shapes", "heart", "labels"}));
   for (const Shape& shape : scene.shapes)
     text += fmt::format("shape {} {} [{}]\n", shape.name,
                         word(shape.kind, {"box", "ellipsoid", "cylinder", "cone", "capsule", "half_space",
