@@ -2,7 +2,8 @@
 //   W = a/(2b) (e^(b (I1_bar - 3)) - 1) + sum over i = f, s of a_i/(2b_i) X(I4i - 1) (e^(b_i (I4i - 1)^2) - 1)
 //       + a_fs/(2b_fs) (e^(b_fs I8fs^2) - 1),   X(x) = 1 / (1 + e^(-k x)), k = 100
 // with I1 isochoric and I4f = f.C f, I4s = s.C s, I8fs = f.C s of C itself. X and its slope are both in the stress, so that it has an energy;
-// W is therefore not convex along a fibre shortened by 1 to 4 %, where the tangent falls to -0.6 a_f: small and in the benchmark's definition.
+// W is therefore not convex along a fibre shortened by 0.4 to 1.8 %, where the tangent falls to -0.64 a_f (2 a_f at rest): so the
+// benchmark defines it.
 // The benchmark's volumetric energy is kappa/4 (J^2 - 1 - 2 ln J): law_pressure, which an element may take at its mean J instead of
 // kappa (J - 1). Both have bulk modulus kappa at rest; their pressures differ by a share (J - 1) / (2 J), 2.5 % at J = 1.05,
 // and the J that carries a pressure p by (p / kappa)^2 / 2.
