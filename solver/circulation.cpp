@@ -381,11 +381,11 @@ LumpedCirculation::LumpedCirculation(Launcher& launcher, const Scene& scene, int
   volume_ = device.allocate(members * compartments_ * samples * sizeof(float));
 
   const ParameterTable& table = scene.parameters;
-  const double dt_ms = any_tissue(scene) ? 0 : table.value("circulation.dt_ms");
-  steps_of_beat_ = dt_ms > 0 ? static_cast<int>(std::ceil(beat_ms(scene) / dt_ms)) : 0;
+  dt_ms_ = any_tissue(scene) ? 0 : table.value("circulation.dt_ms");
+  steps_of_beat_ = dt_ms_ > 0 ? static_cast<int>(std::ceil(beat_ms(scene) / dt_ms_)) : 0;
   const std::vector<double> numbers = {beat_ms(scene), scene.beats ? 0 : table.value("time.end_ms"),
                                        scene.pv ? 1000 / table.value("outputs.pv.rate_hz") : 1,
-                                       scene.beats ? table.value("time.beats.until_periodic") : 0, dt_ms};
+                                       scene.beats ? table.value("time.beats.until_periodic") : 0, dt_ms_};
   const std::vector<std::byte> packed = pack(numbers, single_ ? Precision::single_ : Precision::double_);
   numbers_ = device.allocate(packed.size());
   launcher.queue().enqueueWriteBuffer(numbers_, CL_TRUE, 0, packed.size(), packed.data());

@@ -68,6 +68,7 @@ class LumpedCirculation {
   /// Enqueues up to `steps` steps of circulation.dt_ms of every member; of elastances alone.
   void advance(const cl::Buffer& parameters, int steps);
   int steps_of_beat() const { return steps_of_beat_; }
+  double dt_ms() const { return dt_ms_; }
 
   /// Waits for what is enqueued, as do those below.
   std::vector<HeartStatus> status();
@@ -94,6 +95,7 @@ class LumpedCirculation {
   std::size_t compartments_, samples_;
   int at_most_, members_ = 0, steps_of_beat_ = 0;
   bool single_;
+  double dt_ms_;
   cl::Buffer states_, status_, numbers_, pressure_, volume_, blood_;
   Launcher::Handle start_, advance_, total_;
 };

@@ -10,12 +10,14 @@
 #include "solver/bidomain.hpp"
 #include "solver/eikonal_activation.hpp"
 #include "solver/forward_ecg.hpp"
+#include "solver/heartbeat.hpp"
 #include "solver/heterogeneity.hpp"
 #include "solver/lead_weights.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
+#include "solver/pv_output.hpp"
 #include "solver/reaction_eikonal.hpp"
 #include "solver/recorder.hpp"
 #include "solver/simulation.hpp"
@@ -191,7 +193,6 @@ void choose_activation(Device& device, const Scene& scene, const Member& base,
         "equation conducts by its conductivities; electrophysiology.activation: reaction_eikonal takes them");
 }
 
-// Layers that cross in every member are a mistake of the scene; those of some members are rejected with them.
 /// An S2 that every member has and none can get.
 void check_second_stimuli(const Scene& scene, std::span<const Member> members, const Member& base) {
   if (scene.activation_method != ActivationMethod::reaction_eikonal) return;
@@ -208,29 +209,80 @@ void check_second_stimuli(const Scene& scene, std::span<const Member> members, c
   }
 }
 
-/// `defect_of` says why a member's values cannot be run; nothing runs where that is so of all.
-void check_values(const Scene& scene, std::span<const Member> members, const Member& base,
-                  std::string (*defect_of)(const Scene&, std::span<const double>)) {
+// A defect of every member is a mistake of the scene; members of which only some have it are rejected.
+void check_members(const Scene& scene, std::span<const Member> members, const Member& base,
+                   std::string (*defect_of)(const Scene&, std::span<const double>)) {
   const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
-  std::size_t rejected = 0;
+  std::size_t defective = 0;
   std::string why;
   for (const Member& member : all)
     if (const std::string defect = defect_of(scene, member.values); !defect.empty()) {
-      if (rejected == 0) why = defect;
-      ++rejected;
+      if (defective == 0) why = defect;
+      ++defective;
     }
-  if (rejected == all.size()) throw std::invalid_argument(why);
-  if (rejected > 0) spdlog::warn("{}, in {} of {} members: they will be rejected", why, rejected, all.size());
+  if (defective == all.size()) throw std::invalid_argument(why);
+  if (defective > 0)
+    spdlog::warn("{}, in {} of {} members: they will be rejected", why, defective, all.size());
+}
+
+void check_circulation(const Scene& scene, std::span<const Member> members, const Member& base) {
+  if (!scene.circulation) return;
+  if (scene.beats) {
+    const double most = scene.parameters.value("time.beats.at_most");
+    if (most != std::floor(most)) throw std::invalid_argument("time.beats.at_most is no whole number");
+  }
+  check_members(scene, members, base, circulation_defect);
+}
+
+// A scene without tissue.
+Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
+                      const PlanOptions& options) {
+  Plan plan{};
+  plan.activation_reason = "there is no tissue";
+  // A work-item is a member: some for each core, or enough to hide a GPU's latency.
+  constexpr int on_gpu = 4096, on_cpu = 64;
+  plan.members_per_device = options.members_per_device > 0 ? options.members_per_device
+                            : device.info().gpu            ? on_gpu
+                                                           : on_cpu;
+  if (!members.empty())
+    plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
+  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device);
+  for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
+                           "recorder", "activation times", "mechanics"})
+    plan.modules.push_back({name, false, "there is no tissue", {}, 0});
+  plan.modules.push_back(
+      {"circulation",
+       true,
+       scene.pv ? "outputs.pv: all chambers are elastances" : "all chambers are elastances",
+       {"start_circulation", "advance_circulation"},
+       plan.bytes});
+  plan.modules.push_back({"fluid", false, "no flow output is asked for", {}, 0});
+  const std::size_t limit = options.memory_limit_bytes > 0
+                                ? std::min(options.memory_limit_bytes, device.info().memory_bytes)
+                                : device.info().memory_bytes;
+  refuse_beyond(plan.bytes, limit, "a batch of " + std::to_string(plan.members_per_device) + " members");
+  const double length_ms =
+      scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
+  plan.dt_ms = scene.parameters.value("circulation.dt_ms");
+  plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
+  // Measured (solver/README.md): a step of one member on a CPU core; on a GPU a step of them all.
+  constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
+  plan.seconds_per_member =
+      plan.steps * (device.info().gpu ? gpu_step_s / plan.members_per_device : cpu_step_s);
+  return plan;
 }
 
 }  // namespace
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
-  check_given_step(scene);
+  if (scene.mechanics) throw std::invalid_argument("mechanics: there is no deforming tissue yet");
   // The scene's own member: its tissue and its steps.
   Member base{0, scene.parameters.values()};
   scene.parameters.resolve(base.values);
+  check_circulation(scene, members, base);
+  if (scene.geometry == GeometryKind::none) return plan_circulation(device, scene, members, options);
+  check_given_step(scene);
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;
   const bool forward = scene.ecg && scene.ecg->method == EcgRequest::Method::forward;
   if (forward && scene.torso == TorsoKind::unbounded)
@@ -264,8 +316,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
-  check_values(scene, members, base, layer_defect);
-  check_values(scene, members, base, law_defect);
+  check_members(scene, members, base, layer_defect);
+  check_members(scene, members, base, law_defect);
   warn_of_labels(scene);
   warn_of_protocol(scene, members, base);
   warn_of_probes(scene, tissue, base);
@@ -381,13 +433,16 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},
          activation_fields(scene) > 1 ? Probes::bytes(scene, batch, samples_of(scene) + 1) : 0);
   module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
-  module("circulation", false, "no pressure-volume output is asked for", {}, 0);
+  module("circulation", Heartbeat::wanted(scene),
+         scene.circulation ? "all chambers are elastances" : "no circulation is asked for",
+         {"start_circulation", "advance_circulation"},
+         scene.circulation ? Heartbeat::bytes(scene, batch) : 0);
   module("fluid", false, "no flow output is asked for", {}, 0);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
   refuse_beyond(plan.bytes, limit, whole_batch);
 
-  const double end_ms = scene.parameters.value("time.end_ms");
+  const double end_ms = recorded_ms(scene);
   if (eikonal) {
     // Measured with configs/eikonal.yaml on one CPU core with a triad of 18 GB/s; elsewhere in its
     // proportion.

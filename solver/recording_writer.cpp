@@ -1,5 +1,6 @@
 #include "solver/recording_writer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -38,16 +39,17 @@ Layout layout(const Scene& scene) {
 RecordingWriter::RecordingWriter(const Scene& scene, int quantities)
     : scene_(scene), layout_(layout(scene)), quantities_(quantities) {}
 
-Recording RecordingWriter::blank(double dx_mm) const {
+Recording blank_recording(const Scene& scene) {
   constexpr float nothing = std::numeric_limits<float>::quiet_NaN();
+  const Layout shapes = layout(scene);
   Recording recording;
   recording.outcome = Outcome::done;
-  recording.dx_mm = dx_mm;
-  recording.ecg.assign(layout_.leads.size() * layout_.ecg_ms.size(), nothing);
-  recording.pressure.assign(layout_.compartments.size() * layout_.pv_ms.size(), nothing);
+  if (scene.geometry != GeometryKind::none) recording.dx_mm = scene.parameters.value("grid.dx_mm");
+  recording.ecg.assign(shapes.leads.size() * shapes.ecg_ms.size(), nothing);
+  recording.pressure.assign(shapes.compartments.size() * shapes.pv_ms.size(), nothing);
   recording.volume = recording.pressure;
-  recording.displacement.assign(layout_.points.size() * 3 * layout_.displacement_ms.size(), nothing);
-  recording.features.assign(layout_.features.size(), nothing);
+  recording.displacement.assign(shapes.points.size() * 3 * shapes.displacement_ms.size(), nothing);
+  recording.features.assign(shapes.features.size(), nothing);
   return recording;
 }
 
@@ -83,7 +85,7 @@ void RecordingWriter::store_sample(int sample, double time_ms, const double* row
   }
 }
 
-// Features of a member that is done, in the order of layout().
+// Features of a member that is done, in the order of layout(), but for those of pressures and volumes.
 void RecordingWriter::store_features(const Tissue& tissue, std::span<const float> activation,
                                      std::span<const float> probe_potential, std::size_t m,
                                      const Member& member, Recording& recording) const {
@@ -95,9 +97,7 @@ void RecordingWriter::store_features(const Tissue& tissue, std::span<const float
     const std::vector<float> measured = ecg_features(recording.ecg, sampling_interval_ms(scene_));
     features.insert(features.end(), measured.begin(), measured.end());
   }
-  const std::vector<float> loops = recorded_pv_features(scene_, recording, member.values);
-  features.insert(features.end(), loops.begin(), loops.end());
-  recording.features = std::move(features);
+  std::copy(features.begin(), features.end(), recording.features.begin());
 }
 
 void reject(Recording& recording, const std::string& reason) {

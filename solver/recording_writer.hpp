@@ -15,8 +15,6 @@ class RecordingWriter {
   /// of use.
   RecordingWriter(const Scene& scene, int quantities);
 
-  /// Of a member that has not begun: nothing but NaN.
-  Recording blank(double dx_mm) const;
   /// One sample of every member, row (members, quantities): eight leads to twelve. Members with potentials
   /// that are of no use end as unstable.
   void store_sample(int sample, double time_ms, const double* row,
@@ -33,6 +31,9 @@ class RecordingWriter {
   Layout layout_;
   int quantities_;
 };
+
+/// Of a member that has not begun: nothing but NaN, in the shapes of layout().
+Recording blank_recording(const Scene& scene);
 
 /// Ends a member that cannot run.
 void reject(Recording& recording, const std::string& reason);

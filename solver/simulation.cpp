@@ -2,206 +2,74 @@
 
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <stdexcept>
 
-#include "solver/heterogeneity.hpp"
-#include "solver/mechanics.hpp"
 #include "solver/simulation_state.hpp"
 
 namespace cohort {
 
 Simulation::State::State(Device& device, const Scene& scene_, const Plan& plan)
-    : scene(scene_),
-      grid{plan.cells, plan.origin_mm, scene_.parameters.value("grid.dx_mm")},
-      definitions(scene_definitions(scene_, grid)),
-      launcher(device, scene_.precision),
-      tissue(launcher, scene_, grid, plan.members_per_device),
-      diffusion(launcher, scene_, definitions),
-      monodomain(launcher, scene_, definitions, plan.members_per_device),
-      recorder(launcher, scene_, definitions, plan.members_per_device, Recorder::samples_per_fetch),
-      writer(scene_, recorder.quantities()) {
-  if (plan.activation == ActivationMethod::eikonal) {
-    eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
-    if (scene.ecg) templates.emplace(launcher, scene, definitions, plan.members_per_device);
-  }
-  if (plan.activation == ActivationMethod::reaction_eikonal)
-    reaction_eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
-  if (activation_fields(scene) > 1)
-    probes.emplace(launcher, scene, definitions, plan.members_per_device, samples_of(scene) + 1);
-  if (scene.activation_method == ActivationMethod::bidomain)
-    bidomain.emplace(launcher, scene, definitions, grid, plan.members_per_device);
-  if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
-    forward.emplace(launcher, scene, definitions);
-  else if (scene.ecg)
-    lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
-  parameters = device.allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
-                               real_bytes(scene.precision));
+    : scene(scene_), launcher(device, scene_.precision) {
+  if (scene.geometry != GeometryKind::none) excitation.emplace(launcher, scene, plan);
+  if (Heartbeat::wanted(scene)) heartbeat.emplace(launcher, scene, plan.members_per_device);
 }
 
 Simulation::Simulation(Device& device, const Scene& scene, const Plan& plan)
     : state_(std::make_unique<State>(device, scene, plan)) {}
 Simulation::~Simulation() = default;
 
-void Simulation::State::prepare(std::span<const Member> members) {
-  std::vector<double> values;
-  for (const Member& member : members)
-    values.insert(values.end(), member.values.begin(), member.values.end());
-  const std::vector<std::byte> packed = pack(values, scene.precision);
-  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
-  tissue.build(parameters, static_cast<int>(members.size()));
-  tissue.build_fibres(parameters);
-  if (scene.conduction_system || !scene.heterogeneity.parameters.empty())
-    tissue.build_coordinates(parameters);
-  if (eikonal)
-    eikonal->assemble(tissue, parameters, members);
-  else
-    monodomain.assemble(tissue, diffusion, parameters, members);
-  if (bidomain) bidomain->assemble(tissue, diffusion, monodomain, parameters, members);
-  if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, parameters, members);
-  if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
-  if (forward) forward->assemble(tissue, diffusion, parameters, members);
-}
-
-// Every so many segments of tissue are asked whether they lie in the torso: enough to find a misplaced heart.
-constexpr std::size_t segments_to_a_probe = 8;
-
-bool Simulation::State::in_torso(std::size_t m, const Member& member) {
-  if (!scene.ecg) return true;
-  const Pose pose = heart_pose(scene.parameters, member.values);
-  std::vector<Point> places;
-  const auto begin =
-      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
-  const auto end =
-      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
-  for (std::size_t i = begin; i < end; i += Tissue::lanes * segments_to_a_probe) {
-    std::size_t cell = i;
-    while (cell < i + Tissue::lanes && tissue.regions[cell] == 255) ++cell;
-    if (cell == i + Tissue::lanes) continue;
-    const std::array<double, 3> centre = tissue.centre(cell);
-    places.push_back(pose({centre[0], centre[1], centre[2]}));
-  }
-  const Torso& torso = lead_weights ? lead_weights->torso() : forward->torso(m);
-  return torso.holds(places, member.values);
-}
-
-std::string Simulation::State::defect(std::size_t m, const Member& member) {
-  if (tissue.touches_boundary[m] || (bidomain && bidomain->conductor().touches_boundary[m]))
-    return "the tissue leaves the grid";
-  std::vector<bool> present(scene.regions.size(), false);
-  std::uint8_t stimulated = 0;
-  const auto begin =
-      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells);
-  const auto end =
-      static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
-  for (std::size_t i = begin; i < end; ++i) {
-    if (tissue.regions[i] != 255) present[tissue.regions[i]] = true;
-    if (!eikonal) stimulated |= monodomain.stimulated_by()[i];
-  }
-  for (size_t r = 0; r < present.size(); ++r)
-    if (scene.regions[r].excitable && !present[r])
-      return "region \"" + scene.regions[r].name + "\" holds no cell";
-  for (size_t k = 0; k < scene.stimuli.size(); ++k)
-    if (!(stimulated >> k & 1)) return "stimulus \"" + scene.stimuli[k].name + "\" reaches no tissue";
-  if (const std::string why = layer_defect(scene, member.values); !why.empty()) return why;
-  if (const std::string why = law_defect(scene, member.values); !why.empty()) return why;
-  if (eikonal && !eikonal->defect(m).empty()) return eikonal->defect(m);
-  if (reaction_eikonal) {
-    const std::string reason = reaction_eikonal->defect(tissue, monodomain, m, member);
-    if (!reason.empty()) return reason;
-  }
-  if (!in_torso(m, member)) return "the heart does not lie inside the torso";
-  return {};
-}
-
 std::vector<Recording> Simulation::run(std::span<const Member> members, double timeout_s) {
   State& s = *state_;
   const auto start = Clock::now();
-  std::vector<Recording> recordings(members.size(), s.writer.blank(s.grid.dx_mm));
-  s.launcher.profile(s.batches == 1);  // the set-up of the second batch is timed: the first one compiles
-  try {
-    s.prepare(members);
-  } catch (const std::runtime_error& error) {
-    // Lead fields that do not converge, a heart too large for the memory: one member's matter. Of several the
-    // culprit is not known; each is tried alone.
-    s.launcher.profile(false);
-    if (members.size() == 1) {
-      reject(recordings[0], error.what());
+  std::vector<Recording> recordings(members.size(), blank_recording(s.scene));
+  if (s.excitation) {
+    s.launcher.profile(s.excitation->batches == 1);
+    try {
+      s.excitation->prepare(members);
+    } catch (const std::runtime_error& error) {
+      // Lead fields that do not converge, a heart too large for the memory: one member's matter. Of several
+      // the culprit is not known; each is tried alone.
+      s.launcher.profile(false);
+      if (members.size() == 1) {
+        reject(recordings[0], error.what());
+        return recordings;
+      }
+      for (size_t m = 0; m < members.size(); ++m)
+        recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());
       return recordings;
     }
-    for (size_t m = 0; m < members.size(); ++m)
-      recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());
-    return recordings;
-  }
-  s.launcher.profile(false);
-  s.launcher.queue().finish();
-
-  // Members whose steps differ run after each other, so that each one's steps are its own.
-  struct Group {
-    TimeSteps steps;
-    std::vector<Member> members;
-    std::vector<Recording*> recordings;
-  };
-  std::vector<Group> groups;
-  for (size_t m = 0; m < members.size(); ++m) {
-    std::string reason = s.defect(m, members[m]);
-    TimeSteps steps{};
-    if (reason.empty() && !s.eikonal) {
-      try {
-        steps = choose_steps(s.scene, s.monodomain.fastest_rate()[m], s.monodomain.diffusion_limit_ms()[m]);
-      } catch (const std::runtime_error& error) {
-        reason = error.what();
-      }
-    }
-    if (!reason.empty()) {
-      reject(recordings[m], reason);
-      continue;
-    }
-    for (const std::string& probe : probes_outside(s.scene, s.tissue, m, members[m].values))
-      spdlog::warn("member {}: probe \"{}\" lies outside the tissue and reads NaN", members[m].id, probe);
-    if (s.eikonal) continue;
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.steps == steps; });
-    if (group == groups.end()) group = groups.insert(groups.end(), Group{steps, {}, {}});
-    group->members.push_back(members[m]);
-    group->recordings.push_back(&recordings[m]);
-  }
-  const double setup_s = seconds_since(start) / static_cast<double>(members.size());
-  for (Group& group : groups) {
-    if (group.members.size() != members.size()) s.prepare(group.members);
-    s.march(group.steps, group.members, group.recordings, timeout_s);
-  }
-  if (s.eikonal) {
-    std::vector<Recording*> all;
-    for (Recording& recording : recordings) all.push_back(&recording);
-    s.launcher.profile(s.batches == 1);
-    s.project(members, all);
     s.launcher.profile(false);
+    s.launcher.queue().finish();
+    s.excitation->run(members, recordings, start, timeout_s);
   }
-  ++s.batches;
-  for (Recording& recording : recordings) {
-    recording.setup_s = setup_s;
+  if (s.heartbeat) s.heartbeat->run(members, recordings, timeout_s);
+  for (Recording& recording : recordings)
     recording.wall_s = seconds_since(start) / static_cast<double>(members.size());
-  }
   return recordings;
 }
 
 void Simulation::observe(Observer observer) {
-  if (state_->eikonal && observer.interval_ms > 0) {
+  if (!state_->excitation) {
+    spdlog::warn("there is no tissue to show");
+    return;
+  }
+  Excitation& excitation = *state_->excitation;
+  if (excitation.eikonal && observer.interval_ms > 0) {
     spdlog::warn("activation: eikonal keeps no potentials to show; reaction_eikonal and monodomain do");
     observer.interval_ms = 0;
   }
-  state_->observation.emplace(std::move(observer), state_->scene.precision,
-                              sampling_interval_ms(state_->scene));
+  excitation.observation.emplace(std::move(observer), state_->scene.precision,
+                                 sampling_interval_ms(state_->scene));
 }
 
 std::vector<KernelPerformance> Simulation::performance() const {
   return state_->launcher.performance();
 }
 double Simulation::simulated_ms() const {
-  return state_->simulated_ms;
+  return state_->excitation ? state_->excitation->simulated_ms : state_->heartbeat->simulated_ms();
 }
 double Simulation::cell_updates() const {
-  return state_->cell_updates;
+  return state_->excitation ? state_->excitation->cell_updates : 0;
 }
 
 }  // namespace cohort

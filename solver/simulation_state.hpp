@@ -1,75 +1,21 @@
 #pragma once
 
-#include <chrono>
 #include <optional>
 #include <span>
-#include <string>
 
-#include "solver/bidomain.hpp"
-#include "solver/eikonal_activation.hpp"
-#include "solver/forward_ecg.hpp"
-#include "solver/lead_weights.hpp"
-#include "solver/monodomain.hpp"
-#include "solver/observer.hpp"
-#include "solver/probes.hpp"
-#include "solver/reaction_eikonal.hpp"
-#include "solver/recorder.hpp"
-#include "solver/recording_writer.hpp"
-#include "solver/simulation.hpp"
-#include "solver/template_ecg.hpp"
-#include "solver/time_steps.hpp"
+#include "solver/excitation.hpp"
+#include "solver/heartbeat.hpp"
 
 namespace cohort {
 
-using Clock = std::chrono::steady_clock;
-
-inline double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// What a simulation keeps on its device, and the ways from prepared members to their recordings:
-/// solver/time_loop.cpp, and without one solver/template_projection.cpp.
+/// What a simulation keeps on its device. What the scene does not ask for is not there.
 struct Simulation::State {
   State(Device& device, const Scene& scene, const Plan& plan);
 
-  /// Geometry, operators and lead fields of `members`.
-  void prepare(std::span<const Member> members);
-  /// Why member m cannot run; empty when it can.
-  std::string defect(std::size_t m, const Member& member);
-  bool in_torso(std::size_t m, const Member& member);
-  /// One step of whatever activates the tissue.
-  void advance(double time_ms, const TimeSteps& steps, bool first);
-  /// The time loop of members that share their steps.
-  void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
-             double timeout_s);
-  /// What stands on the device when the loop has ended: activation, probes and the features of them.
-  void finish(std::span<const Member> members, std::span<Recording* const> recordings);
-  /// Ends members whose potentials the elliptic solver could not find.
-  void stop_unsolved(std::span<Recording* const> recordings, double time_ms);
-  /// ECG and activation of all members of the batch from their arrival times: no time loop. `recordings` of
-  /// members that were rejected stay as they are.
-  void project(std::span<const Member> members, std::span<Recording* const> recordings);
-
   const Scene& scene;
-  Grid grid;
-  Definitions definitions;
   Launcher launcher;
-  Tissue tissue;
-  Diffusion diffusion;
-  Monodomain monodomain;
-  std::optional<Bidomain> bidomain;
-  std::optional<EikonalActivation> eikonal;  ///< activation: eikonal, without a time loop
-  std::optional<TemplateEcg> templates;
-  std::optional<ReactionEikonal> reaction_eikonal;
-  std::optional<LeadWeights> lead_weights;
-  std::optional<ForwardEcg> forward;
-  Recorder recorder;
-  std::optional<Probes> probes;
-  std::optional<Observation> observation;
-  RecordingWriter writer;
-  cl::Buffer parameters;
-  double simulated_ms = 0, cell_updates = 0;
-  int batches = 0;
+  std::optional<Excitation> excitation;
+  std::optional<Heartbeat> heartbeat;
 };
 
 }  // namespace cohort

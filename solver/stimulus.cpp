@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solver/geometry.hpp"
+#include "solver/pv_output.hpp"
 
 namespace cohort {
 
@@ -63,19 +64,20 @@ std::vector<std::string> stimulus_warnings(const Scene& scene, std::span<const d
   const auto value = [&](const std::string& path) {
     return values[static_cast<size_t>(scene.parameters.index(path))];
   };
-  const double end = value("time.end_ms");
+  const double end = recorded_ms(scene);
+  const std::string end_name = scene.beats ? "time.beats.length_ms" : "time.end_ms";
   std::vector<std::string> warnings;
   for (const Stimulus& stimulus : scene.stimuli) {
     const auto own = [&](const char* name) { return value("stimuli." + stimulus.name + "." + name); };
-    const auto warn = [&](const char* what) {
+    const auto warn = [&](const std::string& what) {
       warnings.push_back("stimulus \"" + stimulus.name + "\" " + what);
     };
     const double start = own("start_ms"), period = own("period_ms"), pulses = std::floor(own("count"));
     const double last = start + (period > 0 ? (pulses - 1) * period : 0) + own("s2_interval_ms");
     if (start >= end)
-      warn("never fires: start_ms is not before time.end_ms");
+      warn("never fires: start_ms is not before " + end_name);
     else if (last >= end)
-      warn("does not fire to its last pulse, which would start at time.end_ms or later");
+      warn("does not fire to its last pulse, which would start at " + end_name + " or later");
     if (own("amplitude_mV_per_ms") == 0) warn("does nothing: amplitude_mV_per_ms is 0");
     if (period <= 0 && pulses > 1) warn("fires once: count without period_ms is no train");
     if (period > 0 && pulses < 2) warn("fires once: period_ms without count is no train");
@@ -89,8 +91,8 @@ std::vector<std::string> stimulus_warnings(const Scene& scene, std::span<const d
   if (flows && value(current + "duration_ms") <= 0)
     warnings.emplace_back("the boundary current never flows: boundary_current_duration_ms is 0");
   else if (flows && value(current + "start_ms") >= end)
-    warnings.emplace_back(
-        "the boundary current never flows: boundary_current_start_ms is not before time.end_ms");
+    warnings.push_back("the boundary current never flows: boundary_current_start_ms is not before " +
+                       end_name);
   else if (!flows && value(current + "duration_ms") > 0)
     warnings.emplace_back("the boundary current never flows: boundary_current_uA_per_mm2 is 0");
   return warnings;

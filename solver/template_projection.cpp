@@ -1,13 +1,14 @@
 #include <algorithm>
 #include <limits>
 
-#include "solver/simulation_state.hpp"
+#include "solver/excitation.hpp"
+#include "solver/pv_output.hpp"
 
 namespace cohort {
 
-void Simulation::State::project(std::span<const Member> members, std::span<Recording* const> recordings) {
+void Excitation::project(std::span<const Member> members, std::span<Recording* const> recordings) {
   const auto start = Clock::now();
-  const double end_ms = scene.parameters.value("time.end_ms"), interval = sampling_interval_ms(scene);
+  const double end_ms = recorded_ms(scene), interval = sampling_interval_ms(scene);
   if (templates) {
     const std::vector<double> rows =
         templates->series(tissue, parameters, eikonal->arrival(), lead_weights->weights(), members);

@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solver/simulation_state.hpp"
+#include "solver/excitation.hpp"
+#include "solver/pv_output.hpp"
 
 namespace cohort {
 
@@ -9,7 +10,7 @@ namespace {
 constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
 }  // namespace
 
-void Simulation::State::stop_unsolved(std::span<Recording* const> recordings, double time_ms) {
+void Excitation::stop_unsolved(std::span<Recording* const> recordings, double time_ms) {
   constexpr double acceptable_forward = 1e-3;
   for (std::size_t m = 0; m < recordings.size(); ++m) {
     const bool extracellular =
@@ -23,7 +24,7 @@ void Simulation::State::stop_unsolved(std::span<Recording* const> recordings, do
   }
 }
 
-void Simulation::State::advance(double time_ms, const TimeSteps& steps, bool first) {
+void Excitation::advance(double time_ms, const TimeSteps& steps, bool first) {
   if (reaction_eikonal) reaction_eikonal->trigger(tissue, monodomain, parameters, time_ms, steps.dt_ms);
   if (bidomain)
     bidomain->advance(tissue, monodomain, parameters, time_ms, first);
@@ -33,9 +34,9 @@ void Simulation::State::advance(double time_ms, const TimeSteps& steps, bool fir
 
 // Nothing in it waits for the device but the fetch of samples that were taken one fetch ago, and the turns to
 // and from the profiling queue, one fetch in sixteen.
-void Simulation::State::march(const TimeSteps& steps, std::span<const Member> members,
+void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
                               std::span<Recording* const> recordings, double timeout_s) {
-  const double end_ms = scene.parameters.value("time.end_ms"), interval = sampling_interval_ms(scene);
+  const double end_ms = recorded_ms(scene), interval = sampling_interval_ms(scene);
   constexpr double rounding = 1e-9;
   const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));
   const int samples = samples_of(scene);
@@ -111,7 +112,7 @@ void Simulation::State::march(const TimeSteps& steps, std::span<const Member> me
   }
 }
 
-void Simulation::State::finish(std::span<const Member> members, std::span<Recording* const> recordings) {
+void Excitation::finish(std::span<const Member> members, std::span<Recording* const> recordings) {
   std::vector<float> activation;
   if (scene.activation) {
     activation.resize(static_cast<size_t>(tissue.stride) * static_cast<size_t>(activation_fields(scene)));

@@ -4,6 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "solver/pv_output.hpp"
+
 namespace cohort {
 
 double sampling_interval_ms(const Scene& scene) {
@@ -12,8 +14,7 @@ double sampling_interval_ms(const Scene& scene) {
 
 int samples_of(const Scene& scene) {
   constexpr double rounding = 1e-9;
-  return static_cast<int>(
-      std::ceil(scene.parameters.value("time.end_ms") / sampling_interval_ms(scene) - rounding));
+  return static_cast<int>(std::ceil(recorded_ms(scene) / sampling_interval_ms(scene) - rounding));
 }
 
 void check_given_step(const Scene& scene) {

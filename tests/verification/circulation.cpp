@@ -207,5 +207,106 @@ TEST(Circulation, Windkessel) {
   EXPECT_NEAR(stroke, outflow, 0.01 * stroke);
 }
 
+Member member_with(const Scene& scene, std::int64_t id,
+                   const std::vector<std::pair<std::string, double>>& changes) {
+  Member member{id, scene.parameters.values()};
+  for (const auto& [path, value] : changes)
+    member.values[static_cast<std::size_t>(scene.parameters.index(path))] = value;
+  scene.parameters.resolve(member.values);
+  return member;
+}
+
+TEST(Circulation, MembersOfASimulationWithoutTissue) {
+  const Scene scene = blood(true);
+  const std::string resistance = "circulation.systemic.arterial_resistance_mmHg_s_per_mL";
+  const std::vector<Member> members = {member_with(scene, 0, {}), member_with(scene, 1, {{resistance, 1.5}}),
+                                       member_with(scene, 2, {{"circulation.lv.relaxation_ms", 700}}),
+                                       member_with(scene, 3, {{"circulation.initial.lv_volume_mL", 60}})};
+  const Plan plan = make_plan(device(), scene, members, {});
+  for (const PlannedModule& module : plan.modules)
+    EXPECT_EQ(module.runs, module.name == "circulation") << module.name;
+  const std::size_t before = device().allocated_bytes();
+  Simulation simulation(device(), scene, plan);
+  EXPECT_LE(device().allocated_bytes() - before, plan.bytes + 1000);
+  const std::vector<Recording> together = simulation.run(members, 60);
+  for (const std::size_t m : {0, 1, 3}) {
+    ASSERT_EQ(together[m].outcome, Outcome::done) << together[m].reason;
+    const Recording alone = simulation.run(std::span(members).subspan(m, 1), 60)[0];
+    EXPECT_EQ(alone.pressure, together[m].pressure);
+    EXPECT_EQ(alone.volume, together[m].volume);
+    for (const float x : together[m].pressure) ASSERT_FALSE(std::isnan(x));
+  }
+  EXPECT_EQ(together[2].outcome, Outcome::rejected);
+  EXPECT_NE(together[2].reason.find("longer than the beat"), std::string::npos) << together[2].reason;
+  EXPECT_NE(together[0].pressure, together[1].pressure);
+  // Periodic to 1 %: those that begin elsewhere need more beats, and end with other blood.
+  EXPECT_NE(together[0].volume, together[3].volume);
+}
+
+TEST(Circulation, RefusesWhatCannotBeat) {
+  const auto expect = [](const Scene& scene, const std::string& part) {
+    try {
+      make_plan(device(), scene, {}, {});
+      ADD_FAILURE() << "accepted, without: " << part;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  };
+  Scene scene = blood(true);
+  put(scene, "circulation.la.contraction_ms", 700);
+  expect(scene, "circulation.la.contraction_ms and .relaxation_ms are 870 ms together");
+  scene = blood(true);
+  put(scene, "circulation.valves.aortic.closed_resistance_mmHg_s_per_mL", 0.005);
+  put(scene, "circulation.valves.closed_resistance_mmHg_s_per_mL", 0.02);
+  expect(scene, "circulation.valves.aortic.closed_resistance_mmHg_s_per_mL is 0.005");
+  scene = blood(true);
+  put(scene, "time.beats.at_most", 2.5);
+  expect(scene, "time.beats.at_most");
+  Scene nothing;
+  nothing.geometry = GeometryKind::none;
+  EXPECT_THROW(declare_parameters(nothing), std::invalid_argument);
+  Scene tissue;
+  tissue.geometry = GeometryKind::none;
+  tissue.circulation.emplace();
+  tissue.ecg.emplace();
+  EXPECT_THROW(declare_parameters(tissue), std::invalid_argument);
+  // What must be positive is so by its range.
+  scene = blood(true);
+  int positive = 0;
+  for (const Parameter& parameter : scene.parameters.all())
+    for (const char* kind : {"resistance", "compliance", "passive_elastance", "contraction_ms", "length_ms"})
+      if (parameter.path.find(kind) != std::string::npos) {
+        EXPECT_GT(parameter.lower, 0) << parameter.path;
+        ++positive;
+      }
+  EXPECT_GE(positive, 20);
+}
+
+TEST(Circulation, EveryCornerEndsAsSomethingNamed) {
+  const Scene scene = blood(true);
+  std::vector<Member> members;
+  std::int64_t id = 0;
+  for (const Parameter& parameter : scene.parameters.all())
+    if (!parameter.structural)
+      for (const double value : {parameter.lower, parameter.upper})
+        members.push_back(member_with(scene, id++, {{parameter.path, value}}));
+  Simulation simulation(device(), scene, make_plan(device(), scene, members, {.members_per_device = 1000}));
+  int done = 0, rejected = 0, unstable = 0;
+  for (const Recording& recording : simulation.run(members, 300)) {
+    if (recording.outcome == Outcome::done) {
+      ++done;
+      for (const float x : recording.pressure) ASSERT_FALSE(std::isnan(x));
+      continue;
+    }
+    EXPECT_TRUE(recording.outcome == Outcome::rejected || recording.outcome == Outcome::unstable);
+    EXPECT_FALSE(recording.reason.empty());
+    EXPECT_FALSE(std::isnan(recording.failed_at_ms));
+    std::printf("%7.1f ms: %s\n", recording.failed_at_ms, recording.reason.c_str());
+    ++(recording.outcome == Outcome::rejected ? rejected : unstable);
+  }
+  std::printf("%d done, %d rejected, %d unstable\n", done, rejected, unstable);
+  EXPECT_GT(done, 3 * static_cast<int>(members.size()) / 4);
+}
+
 }  // namespace
 }  // namespace cohort::test
