@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -140,6 +143,37 @@ inline double determinant(const Matrix& a) {
 /// S as a matrix.
 inline Matrix full(const std::array<double, 6>& S) {
   return {{{S[0], S[5], S[4]}, {S[5], S[1], S[3]}, {S[4], S[3], S[2]}}};
+}
+
+/// Uniform over all rotations.
+inline Matrix random_rotation(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  double q[4], length = 0;
+  for (double& x : q) {
+    x = normal(random);
+    length += x * x;
+  }
+  for (double& x : q) x /= std::sqrt(length);
+  const auto [w, x, y, z] = std::array{q[0], q[1], q[2], q[3]};
+  return {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
+           {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
+           {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
+}
+
+/// R1 diag(stretches) R2, the logarithms of the stretches uniform, with a random pair of fibre and sheet.
+inline PointState random_state(std::mt19937_64& random, double least, double most) {
+  std::uniform_real_distribution<double> logarithm(std::log(least), std::log(most));
+  Matrix stretch{};
+  for (std::size_t i = 0; i < 3; ++i) stretch[i][i] = std::exp(logarithm(random));
+  const Matrix frame = random_rotation(random);
+  return {times(random_rotation(random), times(stretch, random_rotation(random))), frame[0], frame[1]};
+}
+
+/// Largest component.
+inline double largest(const std::array<double, 6>& S) {
+  double result = 0;
+  for (const double x : S) result = std::max(result, std::abs(x));
+  return result;
 }
 
 }  // namespace cohort::test

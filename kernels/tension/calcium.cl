@@ -48,7 +48,8 @@ static inline real calcium_distortion(global const real *M) {
 real tension_step(real *state, real since_activation_ms, real beat_ms, real drive, real stretch, real stretch_rate, real dt_ms,
                   global const real *M) {
   const real r_w = M[M_r_w], r_s = M[M_r_s], k_uw = M[M_k_uw_per_ms], k_ws = M[M_k_ws_per_ms], part = R(0.5) * dt_ms;
-  const real Ca50 = fmax(M[M_calcium_50_uM] + M[M_beta_1_uM] * (fmin(stretch, R(1.2)) - 1), R(1e-3));
+  const real middle = fmin(stretch - part * stretch_rate, R(1.2));
+  const real Ca50 = fmax(M[M_calcium_50_uM] + M[M_beta_1_uM] * (middle - 1), R(1e-3));
   const real binding = powr(fmax(1000 * drive, R(0.0)) / Ca50, M[M_n_troponin]);
   const real saturation = binding / (1 + binding), troponin_way = way(M[M_troponin_rate_per_ms] * (1 + binding), part);
   const real distortion = calcium_distortion(M) * stretch_rate;
