@@ -95,7 +95,7 @@ def draw_series(axes, at, names, time_ms, bold):
     axes.set_xlim(time_ms[0], time_ms[-1] if len(time_ms) > 1 else time_ms[0] + 1)
     axes.margins(y=0.06)
     axes.autoscale_view(scalex=False)
-    axes.legend(loc="upper right", frameon=False, fontsize=9, ncols=1 if len(at) < 4 else 2)
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 0.97), frameon=False, fontsize=9, ncols=len(at))
 
 
 def summary(store, member):

@@ -8,6 +8,7 @@
 #include "ensemble/members.hpp"
 #include "ensemble/plan_campaign.hpp"
 #include "ensemble/table.hpp"
+#include "solver/pv_output.hpp"
 
 namespace cohort {
 
@@ -28,16 +29,16 @@ std::string size_table(const Plan& plan, const Campaign& campaign, const DeviceI
   TextTable sizes({Align::left, Align::left});
   sizes.add({"device",
              fmt::format("{} ({}), {}", device.name, device.unique_id, human_bytes(device.memory_bytes))});
-  if (campaign.scene.geometry != GeometryKind::none) {
+  if (plan.tissue_cells > 0) {
     sizes.add({"grid", fmt::format("{} x {} x {} cells of {} mm", plan.cells[0], plan.cells[1], plan.cells[2],
                                    setting("grid.dx_mm"))});
     sizes.add({"tissue", fmt::format("{} cells in {} segments", plan.tissue_cells, plan.segments)});
   }
-  const std::string end = campaign.scene.beats
-                              ? fmt::format("in up to {:.0f} beats of {} ms", setting("time.beats.at_most"),
-                                            setting("time.beats.length_ms"))
-                              : fmt::format("to {} ms", setting("time.end_ms"));
-  sizes.add({"time", fmt::format("{} steps of {} ms {}", plan.steps, plan.dt_ms, end)});
+  sizes.add({"time", campaign.scene.beats
+                         ? fmt::format("{} steps of {} ms at most, of which the last {} ms are recorded",
+                                       plan.steps, plan.dt_ms, recorded_ms(campaign.scene))
+                         : fmt::format("{} steps of {} ms to {} ms", plan.steps, plan.dt_ms,
+                                       recorded_ms(campaign.scene))});
   sizes.add({"memory", fmt::format("{} for {} member{} at a time", human_bytes(plan.bytes),
                                    plan.members_per_device, plan.members_per_device == 1 ? "" : "s")});
   sizes.add({"one member", human_seconds(plan.seconds_per_member)});

@@ -5,7 +5,7 @@
 namespace cohort {
 
 std::vector<std::string> conduction_lines(const Plan& plan) {
-  if (plan.tissue_cells == 0) return {};
+  if (plan.activation_reason.empty()) return {};  // no tissue
   std::vector<std::string> lines = {
       fmt::format("activation by {}: {}", method_name(plan.activation), plan.activation_reason)};
   for (const PlannedConduction& front : plan.conduction) {

@@ -49,6 +49,8 @@ Extent hull(const Extent& a, const Extent& b) {
 
 void declare_geometry(Scene& scene) {
   switch (scene.geometry) {
+    case GeometryKind::none:
+      return;
     case GeometryKind::box:
       declare_box(scene);
       break;
@@ -75,8 +77,10 @@ std::vector<std::string> geometry_files(const Scene& scene) {
       return {"signed_distance.clh", "fibres.clh", "geometry_shapes.clh"};
     case GeometryKind::labels:
       return {"signed_distance.clh", "fibres.clh"};
+    case GeometryKind::none:
+      break;
   }
-  throw std::logic_error("unknown geometry");
+  throw std::logic_error("no geometry");
 }
 
 std::string geometry_source(const Scene& scene) {
@@ -105,8 +109,10 @@ Extent geometry_extent(const Scene& scene, std::span<const double> values) {
       return shapes_extent(scene, values);
     case GeometryKind::labels:
       return labels_extent(scene);
+    case GeometryKind::none:
+      break;
   }
-  throw std::logic_error("unknown geometry");
+  throw std::logic_error("no geometry");
 }
 
 std::vector<std::string> stimulus_sites(GeometryKind geometry) {

@@ -31,6 +31,7 @@ class Heartbeat {
   LumpedCirculation circulation_;
   cl::Buffer parameters_;
   double simulated_ms_ = 0;
+  int batches_ = 0;
 };
 
 }  // namespace cohort

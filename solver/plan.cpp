@@ -238,7 +238,6 @@ void check_circulation(const Scene& scene, std::span<const Member> members, cons
 Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member> members,
                       const PlanOptions& options) {
   Plan plan{};
-  plan.activation_reason = "there is no tissue";
   // A work-item is a member: some for each core, or enough to hide a GPU's latency.
   constexpr int on_gpu = 4096, on_cpu = 64;
   plan.members_per_device = options.members_per_device > 0 ? options.members_per_device
@@ -276,11 +275,12 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
                const PlanOptions& options) {
-  if (scene.mechanics) throw std::invalid_argument("mechanics: there is no deforming tissue yet");
   // The scene's own member: its tissue and its steps.
   Member base{0, scene.parameters.values()};
   scene.parameters.resolve(base.values);
   check_circulation(scene, members, base);
+  check_members(scene, members, base, law_defect);
+  if (scene.mechanics) throw std::invalid_argument("mechanics: there is no deforming tissue yet");
   if (scene.geometry == GeometryKind::none) return plan_circulation(device, scene, members, options);
   check_given_step(scene);
   const bool bidomain = scene.activation_method == ActivationMethod::bidomain;

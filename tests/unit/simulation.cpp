@@ -164,6 +164,45 @@ TEST(Simulation, LimbLeadsAreExactCombinationsAndNothingIsUndefined) {
   EXPECT_LT(largest, 10);
 }
 
+TEST(Simulation, ACirculationBesideTissueLeavesTheEcgAsItIs) {
+  const auto structure = [](bool blood) {
+    Scene scene;
+    scene.ecg.emplace();
+    scene.stimuli = {{"sinus", Stimulus::Kind::site, "sinoatrial_node"}};
+    if (blood) scene.circulation.emplace();
+    if (blood) scene.pv.emplace();
+    declare_parameters(scene);
+    const Scene plain = coarse_heart();
+    for (const Parameter& parameter : plain.parameters.all())
+      if (const int index = scene.parameters.find(parameter.path); index >= 0)
+        scene.parameters[index].value = parameter.value;
+    return scene;
+  };
+  const Scene with = structure(true), without = structure(false);
+  const Recording both = run(with, {member(with, 0, {})}, 1)[0],
+                  one = run(without, {member(without, 0, {})}, 1)[0];
+  ASSERT_EQ(both.outcome, Outcome::done) << both.reason;
+  EXPECT_EQ(both.ecg, one.ecg);
+  EXPECT_EQ(both.dt_ms, one.dt_ms);
+  const Layout shapes = layout(with);
+  ASSERT_EQ(both.features.size(), shapes.features.size());
+  ASSERT_EQ(both.pressure.size(), shapes.compartments.size() * shapes.pv_ms.size());
+  EXPECT_EQ(shapes.pv_ms.size(), 40u);  // all of time.end_ms: there are no beats
+  EXPECT_EQ(std::memcmp(both.features.data(), one.features.data(), one.features.size() * sizeof(float)), 0);
+  for (const float x : both.pressure) EXPECT_TRUE(std::isfinite(x));
+}
+
+TEST(Simulation, BeatsRecordTheEcgOfOne) {
+  Scene scene;
+  scene.ecg.emplace();
+  scene.circulation.emplace();
+  scene.beats.emplace();
+  declare_parameters(scene);
+  EXPECT_LT(scene.parameters.find("time.end_ms"), 0);
+  scene.parameters[scene.parameters.index("time.beats.length_ms")].value = 700;
+  EXPECT_EQ(layout(scene).ecg_ms.size(), 700u);
+}
+
 TEST(Simulation, AMemberThatCannotRunIsRejectedWithItsReasonAndTheOthersRun) {
   Scene scene = coarse_heart();
   const std::vector<Member> members = {
