@@ -41,5 +41,5 @@ real law_stiffness(symmetric C, real J, real3 f, real3 s, global const real *M) 
   bounded_exp(guccione_exponent(C, f, M, &half_slope), &growth);
   const real largest = fmax(M[M_bf], fmax(M[M_bt], M[M_bfs]));
   return M[M_C_kPa] * growth *
-         (largest * sym_eigenvalues(C).x + 2 * fmax(sym_eigenvalues(sym_sandwich(half_slope, C)).x, R(0.0)));
+         (largest * sym_largest(C) + 2 * fmax(sym_largest(sym_sandwich(half_slope, C)), R(0.0)));
 }

@@ -23,9 +23,9 @@ symmetric law_stress(symmetric C, real J, real3 f, real3 s, global const real *M
   sym_eigen(C, c, n);
   symmetric S_bar = {0, 0, 0, 0, 0, 0};
   for (int i = 0; i < 3; ++i) {
-    const real c_bar = fmax(j * j * c[i], R(1e-6));
+    const real half_log = R(0.5) * log(fmax(j * j * c[i], R(1e-6)));  // of the stretch
     real S = 0;
-    for (int k = 0; k < OGDEN_TERMS; ++k) S += OGDEN_MU(k) * powr(c_bar, R(0.5) * OGDEN_ALPHA(k) - 1);
+    for (int k = 0; k < OGDEN_TERMS; ++k) S += OGDEN_MU(k) * exp((OGDEN_ALPHA(k) - 2) * half_log);
     S_bar = sym_fma(S, sym_square(n[i]), S_bar);
   }
   return isochoric_stress(C, J, S_bar, j, slope);
@@ -37,16 +37,18 @@ real law_energy(symmetric C, real J, real3 f, real3 s, global const real *M) {
   const real j = isochoric_scale(J, &slope);
   sym_eigen(C, c, n);
   for (int i = 0; i < 3; ++i) {
-    const real c_bar = fmax(j * j * c[i], R(1e-6));
+    const real half_log = R(0.5) * log(fmax(j * j * c[i], R(1e-6)));
     for (int k = 0; k < OGDEN_TERMS; ++k)
-      if (OGDEN_ALPHA(k) != 0) W += OGDEN_MU(k) / OGDEN_ALPHA(k) * (powr(c_bar, R(0.5) * OGDEN_ALPHA(k)) - 1);
+      if (OGDEN_ALPHA(k) != 0) W += OGDEN_MU(k) / OGDEN_ALPHA(k) * expm1(OGDEN_ALPHA(k) * half_log);
   }
   return W;
 }
 
 real law_stiffness(symmetric C, real J, real3 f, real3 s, global const real *M) {
   principal_tangent t = tangent_of(C, J);
+  real log_c[3];
+  for (int i = 0; i < 3; ++i) log_c[i] = log(t.c[i]);
   for (int k = 0; k < OGDEN_TERMS; ++k)
-    if (OGDEN_ALPHA(k) != 0) add_power(&t, OGDEN_MU(k), OGDEN_ALPHA(k));
+    if (OGDEN_ALPHA(k) != 0) add_power(&t, OGDEN_MU(k), OGDEN_ALPHA(k), log_c);
   return isotropic_stiffness(&t);
 }

@@ -19,5 +19,5 @@ real law_energy(symmetric C, real J, real3 f, real3 s, global const real *M) {
 
 // H : D : H = lambda (a.N)^2 + mu (a.a + (a.N)^2) with a = F^T m.
 real law_stiffness(symmetric C, real J, real3 f, real3 s, global const real *M) {
-  return (M[M_mu_kPa] + fmax(M[M_lambda_kPa] + M[M_mu_kPa], R(0.0))) * sym_eigenvalues(C).x;
+  return (M[M_mu_kPa] + fmax(M[M_lambda_kPa] + M[M_mu_kPa], R(0.0))) * sym_largest(C);
 }

@@ -6,17 +6,17 @@
 //@ states 1
 //@ drive none
 //@ per_stretch2 0
-//@ parameter peak_kPa 150 0 1e4 kPa "tension that the contraction leads to" "Arostica et al. 2025, table 2"
-//@ parameter a_max_per_ms 0.005 1e-6 1 1/ms "rate of the rise" "Arostica et al. 2025, table 2"
-//@ parameter a_min_per_ms -0.03 -1 0 1/ms "rate of the fall, negative" "Arostica et al. 2025, table 2"
-//@ parameter systole_ms 160 0 1e5 ms "when contraction begins" "Arostica et al. 2025, table 2"
-//@ parameter diastole_ms 484 0 1e5 ms "when relaxation begins" "Arostica et al. 2025, table 2"
-//@ parameter width_ms 5 0.01 1000 ms "of both changes" "Arostica et al. 2025, table 2"
-//@ parameter pressure_systole_ms 170 0 1e5 ms "when the pressure of contraction begins" "Arostica et al. 2025, table 2"
-//@ parameter pressure_filling_per_ms 0.005 0 1 1/ms "rate of the pressure in diastole, alpha_pre" "Arostica et al. 2025, table 2"
-//@ parameter pressure_base_per_ms 0.001 0 1 1/ms "rate of the pressure at all times, alpha_mid" "Arostica et al. 2025, table 2"
-//@ parameter pressure_filling_kPa_per_ms 0.007 0 10 kPa/ms "rise of the pressure by filling, s_pre" "Arostica et al. 2025, table 2"
-//@ parameter pressure_peak_kPa 16 0 1e4 kPa "pressure that contraction leads to, s_mid" "Arostica et al. 2025, table 2"
+//@ parameter peak_kPa 150 0 1e4 kPa "tension that the contraction leads to" "Arostica et al. 2025"
+//@ parameter a_max_per_ms 0.005 1e-6 1 1/ms "rate of the rise" "Arostica et al. 2025"
+//@ parameter a_min_per_ms -0.03 -1 0 1/ms "rate of the fall, negative" "Arostica et al. 2025"
+//@ parameter systole_ms 160 0 1e5 ms "when contraction begins" "Arostica et al. 2025"
+//@ parameter diastole_ms 484 0 1e5 ms "when relaxation begins" "Arostica et al. 2025"
+//@ parameter width_ms 5 0.01 1000 ms "of both changes" "Arostica et al. 2025"
+//@ parameter pressure_systole_ms 170 0 1e5 ms "when the pressure of contraction begins" "Arostica et al. 2025"
+//@ parameter pressure_filling_per_ms 0.005 0 1 1/ms "rate of the pressure in diastole, alpha_pre" "Arostica et al. 2025"
+//@ parameter pressure_base_per_ms 0.001 0 1 1/ms "rate of the pressure at all times, alpha_mid" "Arostica et al. 2025"
+//@ parameter pressure_filling_kPa_per_ms 0.007 0 10 kPa/ms "rise of the pressure by filling, s_pre" "Arostica et al. 2025"
+//@ parameter pressure_peak_kPa 16 0 1e4 kPa "pressure that contraction leads to, s_mid" "Arostica et al. 2025"
 
 /// a at time t, for a contraction that begins at `systole`.
 static inline real bestel_rate(real t, real systole, global const real *M) {

@@ -1,5 +1,6 @@
 // Human cardiac contraction driven by calcium: Land, Park-Holohan, Smith, dos Remedios, Kentish & Niederer 2017, J. Mol. Cell. Cardiol.
-// 106:68, doi 10.1016/j.yjmcc.2017.03.008, the model of intact human muscle. Ca in uM (drive: mM), rates in 1/ms:
+// 106:68, doi 10.1016/j.yjmcc.2017.03.008, the model of intact human muscle (n_Tm 5, Ca50 0.805 uM, T_ref 120 kPa; constants as in a public
+// implementation, whose other set is that of skinned cells). Ca in uM (drive: mM), rates in 1/ms:
 //   troponin      dR/dt = k_TRPN ((Ca / Ca50)^n_TRPN (1 - R) - R),  Ca50 = Ca50_ref + beta_1 (min(lambda, 1.2) - 1)
 //   tropomyosin   dB/dt = k_b min(R^(-n_Tm/2), 100) U - k_u R^(n_Tm/2) B,  U = 1 - B - W - S
 //   crossbridges  dW/dt = k_uw U - (k_wu + k_ws + gamma_wu) W,  dS/dt = k_ws W - (k_su + gamma_su) S
@@ -15,23 +16,23 @@
 //@ states 6
 //@ drive calcium
 //@ per_stretch2 1
-//@ parameter peak_kPa 120 0 1e4 kPa "tension of all crossbridges, T_ref" "Land et al. 2017, table 1"
-//@ parameter calcium_50_uM 0.805 0.01 100 uM "calcium of half saturation of troponin at rest length" "Land et al. 2017, table 1"
-//@ parameter troponin_rate_per_ms 0.1 1e-4 10 1/ms "unbinding of calcium, k_TRPN" "Land et al. 2017, table 1"
-//@ parameter n_troponin 2 0.5 10 1 "cooperativity of calcium binding" "Land et al. 2017, table 1"
-//@ parameter troponin_50 0.35 0.01 1 1 "saturation of half blocking" "Land et al. 2017, table 1"
-//@ parameter n_tropomyosin 5 0.5 10 1 "cooperativity of blocking" "Land et al. 2017, table 1"
-//@ parameter unblocking_per_ms 1 1e-4 10 1/ms "rate of unblocking, k_u" "Land et al. 2017, table 1"
-//@ parameter k_uw_per_ms 0.182 1e-4 10 1/ms "unbound to weakly bound" "Land et al. 2017, table 1"
-//@ parameter k_ws_per_ms 0.012 1e-5 10 1/ms "weakly to strongly bound" "Land et al. 2017, table 1"
-//@ parameter r_w 0.5 0.05 0.9 1 "share of weakly bound among those not strongly bound" "Land et al. 2017, table 1"
-//@ parameter r_s 0.25 0.05 0.9 1 "share of strongly bound at full activation" "Land et al. 2017, table 1"
-//@ parameter gamma_w 0.615 0 10 1/ms "detachment of weakly bound by distortion" "Land et al. 2017, table 1"
-//@ parameter gamma_s 0.0085 0 10 1/ms "detachment of strongly bound by distortion" "Land et al. 2017, table 1"
-//@ parameter phi 2.23 0 20 1 "decay of distortion over the rate of binding" "Land et al. 2017, table 1"
-//@ parameter A_eff 25 0 200 1 "distortion by a stretch" "Land et al. 2017, table 1"
-//@ parameter beta_0 2.3 0 20 1 "growth of tension with stretch" "Land et al. 2017, table 1"
-//@ parameter beta_1_uM -2.4 -20 20 uM "change of the calcium of half saturation with stretch" "Land et al. 2017, table 1"
+//@ parameter peak_kPa 120 0 1e4 kPa "tension of all crossbridges, T_ref" "Land et al. 2017, intact muscle"
+//@ parameter calcium_50_uM 0.805 0.01 100 uM "calcium of half saturation of troponin at rest length" "Land et al. 2017, intact muscle"
+//@ parameter troponin_rate_per_ms 0.1 1e-4 10 1/ms "unbinding of calcium, k_TRPN" "Land et al. 2017, intact muscle"
+//@ parameter n_troponin 2 0.5 10 1 "cooperativity of calcium binding" "Land et al. 2017, intact muscle"
+//@ parameter troponin_50 0.35 0.01 1 1 "saturation of half blocking" "Land et al. 2017, intact muscle"
+//@ parameter n_tropomyosin 5 0.5 10 1 "cooperativity of blocking" "Land et al. 2017, intact muscle"
+//@ parameter unblocking_per_ms 1 1e-4 10 1/ms "rate of unblocking, k_u" "Land et al. 2017, intact muscle"
+//@ parameter k_uw_per_ms 0.182 1e-4 10 1/ms "unbound to weakly bound" "Land et al. 2017, intact muscle"
+//@ parameter k_ws_per_ms 0.012 1e-5 10 1/ms "weakly to strongly bound" "Land et al. 2017, intact muscle"
+//@ parameter r_w 0.5 0.05 0.9 1 "share of weakly bound among those not strongly bound" "Land et al. 2017, intact muscle"
+//@ parameter r_s 0.25 0.05 0.9 1 "share of strongly bound at full activation" "Land et al. 2017, intact muscle"
+//@ parameter gamma_w 0.615 0 10 1/ms "detachment of weakly bound by distortion" "Land et al. 2017, intact muscle"
+//@ parameter gamma_s 0.0085 0 10 1/ms "detachment of strongly bound by distortion" "Land et al. 2017, intact muscle"
+//@ parameter phi 2.23 0 20 1 "decay of distortion over the rate of binding" "Land et al. 2017, intact muscle"
+//@ parameter A_eff 25 0 200 1 "distortion by a stretch" "Land et al. 2017, intact muscle"
+//@ parameter beta_0 2.3 0 20 1 "growth of tension with stretch" "Land et al. 2017, intact muscle"
+//@ parameter beta_1_uM -2.4 -20 20 uM "change of the calcium of half saturation with stretch" "Land et al. 2017, intact muscle"
 
 static inline real calcium_length(real stretch, real beta_0) {
   const real l = fmin(stretch, R(1.2));

@@ -2,7 +2,7 @@
 //   T = peak tanh^2(t / rise) tanh^2((duration - t) / decay) max(0, tanh(length_slope (lambda - length_zero)))
 // It goes on over the end of a beat, and where a beat is shorter than it the twitch is as short as the beat: cut at a beat of
 // 400 ms it let the pressure fall by 24,000 mmHg/s. Force depends on velocity only where shortening_per_ms is set: peak and times
-// were found without, and a Hill law lowers the tension of ejection by half.
+// were found without, and at a shortening of 1/s with 5/s unloaded Hill's curve leaves half of the tension.
 //
 //@ states 1
 //@ drive none
