@@ -264,7 +264,7 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
       scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
   plan.dt_ms = scene.parameters.value("circulation.dt_ms");
   plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
-  // Measured (solver/README.md): a step of one member on a CPU core; on a GPU a step of them all.
+  // A step of one member on a CPU core, measured (solver/README.md); on a GPU one of them all, a guess.
   constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
   plan.seconds_per_member =
       plan.steps * (device.info().gpu ? gpu_step_s / plan.members_per_device : cpu_step_s);

@@ -95,6 +95,61 @@ kernel void beat_pistons(global const real *P, global heart_state *states, globa
 }
 )";
 
+// One step from a random state with random cavities; by how much flows miss the law of the valves, and
+// pressures that of the cavities, relative to the largest flow.
+const char* const random_steps = R"(
+double number(uint *seed, double lower, double upper) {
+  *seed = *seed * 1664525u + 1013904223u;
+  return lower + (upper - lower) * (*seed / 4294967296.);
+}
+kernel void step_at_random(global const real *P, global double *misses) {
+  const int m = get_global_id(0);
+  uint seed = 12345u + 7919u * m;
+  for (int k = 0; k < 10; ++k) number(&seed, 0, 1);
+  loop_parameters a = load_loop(P, 800);
+  for (int v = 0; v < VALVES; ++v) {
+    a.open[v] = pow(10, number(&seed, -4, 0));
+    a.closed[v] = a.open[v] * pow(10, number(&seed, 0.1, 9));
+  }
+  a.opening = m % 2 ? number(&seed, 0, 2) : 0;
+  for (int k = 0; k < 4; ++k) {
+    a.compliance[k] = pow(10, number(&seed, -2, 2));
+    a.inertance[k] = pow(10, number(&seed, -5, -1));
+  }
+  loop_state s;
+  for (int i = 0; i < NODES; ++i) {
+    s.volume[i] = i < CHAMBERS ? number(&seed, 10, 200) : a.compliance[i - CHAMBERS] * number(&seed, -10, 150);
+    s.lost[i] = s.pressure[i] = 0;
+  }
+  for (int e = 0; e < EDGES; ++e) s.flow[e] = number(&seed, -500, 500);
+  s.open = m % 16;
+  cavities tissue;
+  const double dt = pow(10, number(&seed, -6, -3)), own = number(&seed, 1, 3) * 1e4;
+  for (int q = 0; q < CHAMBERS; ++q) {
+    tissue.rate[q] = number(&seed, -500, 500);
+    tissue.volume[q] = s.volume[q] * 1000 + number(&seed, -1, 1);
+    for (int r = 0; r < CHAMBERS; ++r) tissue.compliance[q][r] = q == r ? own : -0.9 * own * number(&seed, 0, 1);
+  }
+  tissue.compliance[1][0] = tissue.compliance[0][1];
+  double before[CHAMBERS];
+  for (int q = 0; q < CHAMBERS; ++q) before[q] = s.volume[q];
+  step_with_tissue(&a, &s, &tissue, 0.3, dt);
+  double scale = 1, miss = 0;
+  for (int e = 0; e < EDGES; ++e) scale = fmax(scale, fabs(s.flow[e]));
+  for (int v = 0; v < VALVES; ++v) {
+    const double d = s.pressure[edge_from[v]] - s.pressure[edge_to[v]];
+    miss = fmax(miss, fabs(s.flow[v] - fmax(d / a.closed[v], (d - a.opening) / a.open[v])));
+  }
+  for (int q = 0; q < 2; ++q) {
+    double sum = tissue.rate[q] - (before[q] - tissue.volume[q] / 1000) / (5 * dt);
+    for (int r = 0; r < 2; ++r) sum += dt * 1000 * tissue.compliance[q][r] * s.pressure[r] / MMHG_PER_KPA;
+    const double in = q == 0 ? s.flow[MITRAL] - s.flow[AORTIC] : s.flow[TRICUSPID] - s.flow[PULMONARY];
+    miss = fmax(miss, fabs(sum - in));
+  }
+  misses[m] = miss / scale;
+}
+)";
+
 struct Hearts {
   /// peripheral: systemic arterial resistance of each member, mmHg s/mL.
   Hearts(Scheme scheme, double dt_ms, const std::vector<double>& peripheral = {0.733}, double K = 0,
@@ -178,6 +233,29 @@ struct Hearts {
   std::vector<double> blood_before, blood_after;
   std::vector<float> pressure, volume;
 };
+
+TEST(Coupling, StepsSolveTheirEquationsFromAnyState) {
+  const Hearts hearts(constraint, 0.5, {0.733}, 0, 1);
+  std::vector<double> values = hearts.scene.parameters.values();
+  hearts.scene.parameters.resolve(values);
+  Launcher launcher(device(), Precision::double_);
+  const std::vector<std::byte> packed = pack(values, Precision::double_);
+  constexpr std::size_t states = 100000;
+  const cl::Buffer parameters = device().allocate(packed.size()),
+                   misses = device().allocate(states * sizeof(double));
+  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+  const cl::Program program =
+      device().build({"circulation.clh", random_steps},
+                     {"DOUBLE", "PARAMETERS=" + std::to_string(hearts.scene.parameters.size())},
+                     circulation_tables(hearts.scene, false));
+  Launcher::Handle step = launcher.handle(program, "step_at_random");
+  launcher(step, cl::NDRange(states), cl::NDRange(1), 0, parameters, misses);
+  std::vector<double> miss(states);
+  launcher.queue().enqueueReadBuffer(misses, CL_TRUE, 0, states * sizeof(double), miss.data());
+  for (const double m : miss) ASSERT_TRUE(std::isfinite(m));
+  std::printf("largest miss %.2e\n", *std::max_element(miss.begin(), miss.end()));
+  EXPECT_LT(*std::max_element(miss.begin(), miss.end()), 1e-9);
+}
 
 TEST(Coupling, PistonsBeatWithoutRinging) {
   const Hearts hearts(constraint, 0.08);
