@@ -1,7 +1,7 @@
 """The store of a campaign: the only place in Python that knows the paths inside the HDF5 file.
 
 The row index is the member's id everywhere: N members, P parameters, L leads, T samples, F features. Values that have not
-been written are NaN.
+been written are NaN. Pressure and volume have C compartments (chambers and arteries), displacement D points.
 """
 
 import dataclasses
@@ -212,6 +212,38 @@ class Store:
         return self._file["ecg"][members]
 
     @property
+    def compartments(self):
+        """C names: LV, RV, LA, RA, aorta, pulmonary_artery or some of them, or cavities; none without pressure and volume."""
+        return list(self._file["pv/pressure"].attrs["compartments"]) if "pv" in self._file else []
+
+    @property
+    def pv_ms(self):
+        """(T) f8: times of the samples of pressure and volume, ms, from the start of what is recorded."""
+        return self._file["time/pv_ms"][:]
+
+    def pressure(self, members=slice(None)):
+        """(N, C, T) f4, mmHg, of all members, or of those that an index, a slice or a mask selects."""
+        return self._file["pv/pressure"][members]
+
+    def volume(self, members=slice(None)):
+        """(N, C, T) f4, mL, likewise; of an artery the stressed volume."""
+        return self._file["pv/volume"][members]
+
+    @property
+    def points(self):
+        """D names of the points whose displacement is recorded; none where it is not."""
+        return list(self._file["displacement"].attrs["points"]) if "displacement" in self._file else []
+
+    @property
+    def displacement_ms(self):
+        """(T) f8: times of the samples of displacement, ms."""
+        return self._file["time/displacement_ms"][:]
+
+    def displacement(self, members=slice(None)):
+        """(N, D, 3, T) f4, mm, along x, y and z, likewise."""
+        return self._file["displacement"][members]
+
+    @property
     def feature_names(self):
         return list(self._file["features"].attrs["names"])
 
@@ -223,6 +255,10 @@ class Store:
     def features(self):
         """(N, F) f4 in `feature_units`; NaN where a feature is not defined."""
         return self._file["features"][:]
+
+    def feature(self, name):
+        """(N) f4 of one feature; ValueError where there is none of that name."""
+        return self._file["features"][:, self.feature_names.index(name)]
 
     # Speed
 

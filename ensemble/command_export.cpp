@@ -42,6 +42,8 @@ void export_labels(const std::string& file, Device& device, const Campaign& camp
 ExitCode command_export(const CampaignOptions& options) {
   check_kinds(options.exports);
   Campaign campaign = read_campaign(options.file, options.overrides);
+  if (campaign.scene.geometry == GeometryKind::none)
+    throw std::runtime_error("--export: there is no tissue to show; the geometry is none");
   if (!options.store.empty()) campaign.store = options.store;
   if (options.export_member < 0 || options.export_member >= campaign.members)
     throw std::runtime_error(

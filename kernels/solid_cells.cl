@@ -256,7 +256,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
     const symmetric S = law_stress(C, Jg, f, s, M);
-    const real bulk = M[M_bulk_modulus_kPa] * fmax(sym_eigenvalues(sym_cofactor(C)).x, R(0.0));
+    const real bulk = M[M_bulk_modulus_kPa] * fmax(sym_largest(sym_cofactor(C)), R(0.0));
     real stiffness = bulk + law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
 #if TENSION
     stiffness += active;

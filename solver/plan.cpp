@@ -276,6 +276,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
   check_members(scene, members, base, layer_defect);
+  check_members(scene, members, base, law_defect);
   warn_of_labels(scene);
   warn_of_protocol(scene, members, base);
   warn_of_probes(scene, tissue, base);

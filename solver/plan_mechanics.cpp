@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "solver/circulation.hpp"
 #include "solver/heartbeat.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <optional>
 
-#include "solver/loop_crossings.hpp"
+#include "solver/loop_lobes.hpp"
 
 namespace cohort {
 
@@ -62,11 +62,9 @@ const Names& names_of(Part part) {
                                   {"isovolumic_relaxation_ms", "ms"},
                                   {"filling_ms", "ms"},
                                   {"stroke_work_mJ", "mJ"}};
-  static const Names atrium = {{"volume_max_mL", "mL"},
-                               {"volume_min_mL", "mL"},
-                               {"mean_mmHg", "mmHg"},
-                               {"loop_crossings", "1"},
-                               {"figure_of_eight", "1"}};
+  static const Names atrium = {{"volume_max_mL", "mL"},  {"volume_min_mL", "mL"},
+                               {"mean_mmHg", "mmHg"},    {"lobes_counterclockwise", "1"},
+                               {"lobes_clockwise", "1"}, {"figure_of_eight", "1"}};
   static const Names artery = {{"systolic_mmHg", "mmHg"}, {"diastolic_mmHg", "mmHg"}, {"mean_mmHg", "mmHg"}};
   static const Names cavity = {{"pressure_max_mmHg", "mmHg"},
                                {"pressure_min_mmHg", "mmHg"},
@@ -308,9 +306,9 @@ class Measurement {
       case Part::atrium: {
         std::vector<double> values = {largest(v), smallest(v), mean(p, beat_)};
         if (!closes(p, beat_) || !closes(v, beat_)) return values;
-        const LoopCrossings crossings = loop_crossings(v, p);
-        values.push_back(crossings.count);
-        values.push_back(crossings.figure_of_eight ? 1 : 0);
+        const LoopLobes lobes = loop_lobes(v, p);
+        for (const int number : {lobes.counterclockwise, lobes.clockwise, lobes.figure_of_eight() ? 1 : 0})
+          values.push_back(number);
         return values;
       }
       case Part::artery:

@@ -19,11 +19,13 @@ OTHERWISE = {
     "reentry": ["grid.dx_mm=2"],
     "restitution": ["grid.dx_mm=0.5"],
 }
+INSTEAD = {"circulation": ["time.beats.at_most=3", "campaign.members=2"]}  # no tissue, no grid
 DONE = 3
 
 
 def coarse(name):
-    return [argument for value in COARSE + OTHERWISE.get(name, []) for argument in ("--set", value)]
+    values = INSTEAD.get(name, COARSE + OTHERWISE.get(name, []))
+    return [argument for value in values for argument in ("--set", value)]
 
 
 def failure(cohort, config, store):
@@ -41,7 +43,10 @@ def failure(cohort, config, store):
         activated = [i for i, name in enumerate(names) if name.startswith("activated")]
         if activated and not (file["features"][:, activated] > 0).any():
             return "no tissue is activated"
-        if "ecg" not in file and not activated:
+        if "pv" in file and not all(numpy.isfinite(file[path][:]).all() and numpy.ptp(file[path][:], axis=2).min() > 0
+                                    for path in ("pv/pressure", "pv/volume")):
+            return "a pressure or a volume is constant or not finite"
+        if "ecg" not in file and not activated and "pv" not in file:
             return "nothing is recorded"
     return None
 

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """analysis/ reads what the program writes. usage: analysis.py COHORT"""
+import contextlib
+import io
 import os
 import pathlib
 import shutil
@@ -13,7 +15,7 @@ import numpy
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE))
-from analysis import ecg  # noqa: E402
+from analysis import ecg, pv  # noqa: E402
 from analysis.store import Status, Store  # noqa: E402
 
 COHORT = sys.argv.pop(1)
@@ -153,6 +155,108 @@ class ReadsTheProgramsFile(unittest.TestCase):
         for line in lines:
             self.assertAlmostEqual(numpy.ptp(line[:, 1]), 10)
             self.assertAlmostEqual(line[100, 0] - line[0, 0], 10)
+
+
+class PressureAndVolume(unittest.TestCase):
+    COMPARTMENTS = ["LV", "RV", "LA", "RA", "aorta", "pulmonary_artery"]
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp())
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        run(cls.folder, "circulation.yaml", f"campaign.members={MEMBERS}", "outputs.pv.rate_hz=500")
+        cls.path = cls.folder / "circulation.h5"
+
+    def setUp(self):
+        self.store = Store(self.path)
+        self.addCleanup(self.store.close)
+
+    def series(self, name):
+        c = self.store.compartments.index(name)
+        return self.store.pressure()[:, c], self.store.volume()[:, c]
+
+    def test_shapes(self):
+        store = self.store
+        self.assertTrue(store.done.all())
+        self.assertEqual(store.compartments, self.COMPARTMENTS)
+        self.assertEqual(store.pressure().shape, (MEMBERS, 6, 400))
+        self.assertEqual(store.volume().shape, (MEMBERS, 6, 400))
+        self.assertEqual(store.pressure(2).shape, (6, 400))
+        numpy.testing.assert_allclose(store.pv_ms, 2 * numpy.arange(400))
+        self.assertTrue(numpy.isfinite(store.pressure()).all() and numpy.isfinite(store.volume()).all())
+        self.assertEqual(store.leads, [])
+        self.assertEqual(store.points, [])
+
+    def test_features_are_those_of_the_series(self):
+        pressure, volume = self.series("LV")
+        numpy.testing.assert_allclose(self.store.feature("lv_edv_mL"), volume.max(axis=1), rtol=1e-4)
+        numpy.testing.assert_allclose(self.store.feature("lv_esv_mL"), volume.min(axis=1), rtol=1e-4)
+        numpy.testing.assert_allclose(self.store.feature("lv_peak_mmHg"), pressure.max(axis=1), rtol=1e-6)
+        aorta = self.series("aorta")[0]
+        numpy.testing.assert_allclose(self.store.feature("aorta_diastolic_mmHg"), aorta.min(axis=1), rtol=1e-6)
+        # The area of the loop, by the shoelace formula: volume falls at high pressure.
+        following = [numpy.roll(series, -1, axis=1) for series in (pressure, volume)]
+        area = (volume * following[0] - following[1] * pressure).sum(axis=1) / 2 * 0.133322
+        numpy.testing.assert_allclose(self.store.feature("lv_stroke_work_mJ"), area, rtol=1e-4)
+
+    def test_in_a_periodic_beat_both_ventricles_eject_as_much(self):
+        numpy.testing.assert_allclose(self.store.feature("lv_sv_mL"), self.store.feature("rv_sv_mL"), rtol=5e-3)
+        phases = ["isovolumic_contraction", "ejection", "isovolumic_relaxation", "filling"]
+        for side in ("lv", "rv"):
+            total = sum(self.store.feature(f"{side}_{phase}_ms") for phase in phases)
+            numpy.testing.assert_allclose(total, 800, atol=1e-3)
+
+    def test_unknown_features_are_refused(self):
+        self.assertRaises(ValueError, self.store.feature, "lv_edv")
+
+    def test_loops(self):
+        pv.main([str(self.path), "--member", "2"])
+        picture = (self.folder / "circulation_pv.png").read_bytes()
+        self.assertTrue(picture.startswith(b"\x89PNG") and len(picture) > 50_000)
+        with self.assertRaisesRegex(SystemExit, "no member 9 among 4"):
+            pv.main([str(self.path), "--member", "9"])
+
+    def test_the_bold_loop_is_that_of_the_member(self):
+        pressure, volume = self.store.pressure(), self.store.volume()
+        figure = pv.draw(self.COMPARTMENTS, self.store.pv_ms, pressure, volume, 2)
+        self.assertEqual(len(figure.axes), 7)  # four loops, both sides' pressures, volumes
+        (loop,) = figure.axes[3].lines
+        numpy.testing.assert_array_equal(loop.get_xdata()[:-1], volume[2, 3])
+        numpy.testing.assert_array_equal(loop.get_ydata()[:-1], pressure[2, 3])
+        self.assertEqual(len(figure.axes[3].collections[0].get_segments()), MEMBERS - 1)
+        pv.plt.close(figure)
+
+    def test_cavities_without_a_circulation_are_drawn_too(self):
+        figure = pv.draw(["hollow"], self.store.pv_ms, self.store.pressure()[:, :1], self.store.volume()[:, :1], 0)
+        self.assertEqual(len(figure.axes), 3)
+        pv.plt.close(figure)
+
+    def test_features_beside_healthy_ranges(self):
+        ranges = pv.read_ranges(pv.RANGES)
+        self.assertGreater(len(ranges), 20)
+        self.assertEqual(set(ranges) - set(self.store.feature_names), set())
+        edv = self.store.feature("lv_edv_mL")
+        around = {"lv_edv_mL": (edv[1] - 1e-3, edv[1] + 1e-3), "lv_esv_mL": (0, 1)}
+        rows = pv.check(self.store, 1, around)
+        self.assertEqual([(row[0], row[4]) for row in rows], [("lv_edv_mL", True), ("lv_esv_mL", False)])
+        self.assertEqual([row[5] for row in rows], [1 / MEMBERS, 0])
+        file = self.folder / "ranges.yaml"
+        for text, code in ((f"lv_edv_mL: [{edv[1] - 1}, {edv[1] + 1}]  # mL\n", 0), ("lv_esv_mL: [0, 1]\n", 2)):
+            file.write_text("# ranges\n\n" + text)
+            told = io.StringIO()
+            with contextlib.redirect_stdout(told), self.assertRaises(SystemExit) as ended:
+                pv.main([str(self.path), "--member", "1", "--check", str(file)])
+            self.assertEqual(ended.exception.code, code)
+            self.assertIn("OUTSIDE" if code else "1 of 1 within", told.getvalue())
+        file.write_text("lv_edv_mL: 3 to 4\n")
+        self.assertRaisesRegex(ValueError, "ranges.yaml:1: expected", pv.read_ranges, file)
+
+    def test_without_pressure_and_volume(self):
+        run(self.folder, "slab.yaml", "grid.dx_mm=1", "time.end_ms=5")
+        with Store(self.folder / "slab.h5") as store:
+            self.assertEqual(store.compartments, [])
+        with self.assertRaisesRegex(SystemExit, "no pressure and volume"):
+            pv.main([str(self.folder / "slab.h5")])
 
 
 if __name__ == "__main__":

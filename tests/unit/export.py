@@ -140,6 +140,10 @@ class Export(unittest.TestCase):
             self.assertEqual(result.returncode, 1, arguments)
             self.assertIn(message, result.stderr + result.stdout)
         self.assertFalse((self.path / "no.h5").exists())
+        result = subprocess.run([COHORT, "run", str(SOURCE / "configs" / "circulation.yaml"), "--export", "vtk"],
+                                cwd=self.path, capture_output=True, text=True)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("there is no tissue to show", result.stderr)
 
     def test_damaged_files_are_told(self):
         good = (self.path / "block_vtk" / "tissue.vti").read_bytes()
