@@ -13,13 +13,14 @@ namespace cohort {
 
 namespace {
 
-// Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at most.
+// Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
+// most.
 constexpr int steps_per_measure = 16;
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
 
-/// Activation times of the solid's cells from those of the excited tissue: of the cell at the same place, else of
-/// the nearest that a wave reaches within two cells.
+/// Activation times of the solid's cells from those of the excited tissue: of the cell at the same place,
+/// else of the nearest that a wave reaches within two cells.
 std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
                                     std::span<const std::size_t> members) {
   const SolidMesh& mesh = solid.mesh();
@@ -28,7 +29,8 @@ std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, st
   const int reach = 1 + static_cast<int>(std::ceil(coarse.dx_mm / fine.dx_mm));
   std::vector<float> result(static_cast<std::size_t>(mesh.cells), -1.0f);
   for (std::size_t m = 0; m < members.size(); ++m)
-    for (int i = mesh.cell_blocks[m] * SolidMesh::block; i < mesh.cell_blocks[m + 1] * SolidMesh::block; ++i) {
+    for (int i = mesh.cell_blocks[m] * SolidMesh::block; i < mesh.cell_blocks[m + 1] * SolidMesh::block;
+         ++i) {
       if (mesh.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
       const std::array<double, 3> centre = solid.centre(static_cast<std::size_t>(i));
       std::array<std::int64_t, 3> at{};
@@ -45,7 +47,8 @@ std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, st
             const std::array<std::int64_t, 3> cell = {at[0] + dx, at[1] + dy, at[2] + dz};
             double distance = 0;
             for (std::size_t axis = 0; axis < 3; ++axis)
-              distance += (static_cast<double>(cell[axis]) - offset[axis]) * (static_cast<double>(cell[axis]) - offset[axis]);
+              distance += (static_cast<double>(cell[axis]) - offset[axis]) *
+                          (static_cast<double>(cell[axis]) - offset[axis]);
             if (distance >= nearest) continue;
             const auto place = tissue.cell_at(cell, members[m]);
             if (!place || times[*place] < 0) continue;
@@ -79,7 +82,8 @@ double solid_dx_mm(const Scene& scene) {
 }
 
 std::size_t Heartbeat::bytes(const Scene& scene, int members_per_batch) {
-  return (scene.circulation ? LumpedCirculation::bytes(scene, members_per_batch, pv_times_ms(scene).size()) : 0) +
+  return (scene.circulation ? LumpedCirculation::bytes(scene, members_per_batch, pv_times_ms(scene).size())
+                            : 0) +
          static_cast<std::size_t>(members_per_batch * scene.parameters.size()) * real_bytes(scene.precision);
 }
 
@@ -87,8 +91,9 @@ Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
     : launcher_(launcher),
       scene_(scene),
       samples_(scene.circulation ? pv_times_ms(scene).size() : 0),
-      parameters_(launcher.device().allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
-                                             real_bytes(scene.precision))) {
+      parameters_(launcher.device().allocate(
+          static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
+          real_bytes(scene.precision))) {
   if (scene.circulation) circulation_.emplace(launcher, scene, plan.members_per_device, samples_);
   if (scene.mechanics) {
     const Grid grid = solid_grid(scene, plan);
@@ -98,7 +103,8 @@ Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
 
 void Heartbeat::upload(std::span<const Member> members) {
   std::vector<double> values;
-  for (const Member& member : members) values.insert(values.end(), member.values.begin(), member.values.end());
+  for (const Member& member : members)
+    values.insert(values.end(), member.values.begin(), member.values.end());
   const std::vector<std::byte> packed = pack(values, scene_.precision);
   launcher_.queue().enqueueWriteBuffer(parameters_, CL_TRUE, 0, packed.size(), packed.data());
 }
@@ -110,7 +116,8 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
   std::vector<Member> own;
   for (std::size_t m = 0; m < members.size(); ++m) {
     if (recordings[m].outcome != Outcome::done) continue;
-    if (const std::string why = scene_.circulation ? circulation_defect(scene_, members[m].values) : ""; !why.empty()) {
+    if (const std::string why = scene_.circulation ? circulation_defect(scene_, members[m].values) : "";
+        !why.empty()) {
       reject(recordings[m], why);
       continue;
     }
@@ -159,7 +166,8 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
     Recording& recording = recordings[beating[k]];
     recording.device_s += share_s;
     const std::span<const double> tissue =
-        solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size) : std::span<const double>();
+        solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size)
+               : std::span<const double>();
     simulated_ms_ += tissue.empty() ? static_cast<double>(status[k].ended_ms) : tissue[Solid::time];
     store(own[k], k, late, status[k], tissue, std::span(pressure).subspan(k * row, row),
           std::span(volume).subspan(k * row, row), recording);
@@ -196,15 +204,16 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
     }
     const std::vector<double> state = solid.state();
     bool running = false;
-    for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size) running = running || state[k] == 0;
+    for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size)
+      running = running || state[k] == 0;
     if (!running) return false;
     if (seconds_since(start) > timeout_s) return true;
   }
 }
 
 void Heartbeat::store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
-                      std::span<const double> tissue, std::span<const float> pressure, std::span<const float> volume,
-                      Recording& recording) {
+                      std::span<const double> tissue, std::span<const float> pressure,
+                      std::span<const float> volume, Recording& recording) {
   const auto fail = [&](Outcome outcome, double time_ms, const std::string& reason) {
     recording.outcome = outcome;
     recording.failed_at_ms = time_ms;
@@ -220,7 +229,8 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
     if (end == SolidEnd::moves && late)
       return fail(Outcome::timeout, tissue[Solid::time], "not finished in the time that a member has");
   } else if (status.ended == HeartEnd::running) {
-    return fail(Outcome::timeout, status.beats * beat_ms(scene_), "not finished in the time that a member has");
+    return fail(Outcome::timeout, status.beats * beat_ms(scene_),
+                "not finished in the time that a member has");
   }
   if (!scene_.circulation) return;
   if (recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();

@@ -16,9 +16,9 @@ double solid_dx_mm(const Scene& scene);
 /// The mechanics' grid: it holds what the plan's grid holds.
 Grid solid_grid(const Scene& scene, const Plan& plan);
 
-/// The beating heart of a batch: deforming tissue, circulation, and what is recorded of them. The host enqueues
-/// many steps and reads the members' states now and then; every member has its own time, step and end on the
-/// device.
+/// The beating heart of a batch: deforming tissue, circulation, and what is recorded of them. The host
+/// enqueues many steps and reads the members' states now and then; every member has its own time, step and
+/// end on the device.
 class Heartbeat {
  public:
   /// Whether the scene has what beats.
@@ -29,7 +29,8 @@ class Heartbeat {
   /// Beats of members to their ends: pressures, volumes and their features into `recordings`. Members whose
   /// recording is not done (yet rejected, unstable) are left as they are. excitation: which activated these
   /// members; null where nothing is excited.
-  void run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation, double timeout_s);
+  void run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation,
+           double timeout_s);
 
   double simulated_ms() const { return simulated_ms_; }  ///< summed over members
 
@@ -38,8 +39,9 @@ class Heartbeat {
   /// Both return whether the time was over first.
   bool beat_alone(Clock::time_point start, double timeout_s);
   bool beat_tissue(Clock::time_point start, double timeout_s);
-  void store(const Member& member, std::size_t k, bool late, const HeartStatus& status, std::span<const double> tissue,
-             std::span<const float> pressure, std::span<const float> volume, Recording& recording);
+  void store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
+             std::span<const double> tissue, std::span<const float> pressure, std::span<const float> volume,
+             Recording& recording);
 
   Launcher& launcher_;
   const Scene& scene_;

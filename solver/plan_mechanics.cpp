@@ -102,18 +102,23 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& ba
     const SolidMesh& mesh = solid.mesh();
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
     result.dt_ms = solid.first_step_ms(parameters);
-    const double length_ms = scene.circulation ? most_beats(scene) * beat_ms(scene) : scene.mechanics->quasi_static ? 0 : scene.parameters.value("time.end_ms");
-    // Steps shorten as walls thin and muscle stiffens: to two thirds on average over a beat of the default heart.
+    const double length_ms = scene.circulation               ? most_beats(scene) * beat_ms(scene)
+                             : scene.mechanics->quasi_static ? 0
+                                                             : scene.parameters.value("time.end_ms");
+    // Steps shorten as walls thin and muscle stiffens: to two thirds on average over a beat of the default
+    // heart.
     constexpr double shorter = 1.5, steps_to_rest = 1000;
     result.steps = static_cast<int>(length_ms > 0 ? shorter * length_ms / result.dt_ms : steps_to_rest);
     // Measured (solver/README.md): a cell's step on a CPU core; on a GPU by launches, or by traffic.
     constexpr double cpu_cell_s = 250e-9, gpu_step_s = 30e-6, gpu_cell_s = 0.3e-9;
     const double cells = static_cast<double>(result.cells);
     result.seconds_per_member =
-        result.steps * (device.info().gpu ? std::max(gpu_step_s / batch, gpu_cell_s * cells) : cpu_cell_s * cells);
-    module("mechanics", true, scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
-           {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces", "cavity_forces",
-            "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
+        result.steps *
+        (device.info().gpu ? std::max(gpu_step_s / batch, gpu_cell_s * cells) : cpu_cell_s * cells);
+    module("mechanics", true,
+           scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
+           {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces",
+            "cavity_forces", "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
            static_cast<std::size_t>(batch) * solid.bytes());
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", {}, 0);

@@ -22,12 +22,14 @@ constexpr double courant = 0.9;
 template <typename T>
 cl::Buffer upload_new(Launcher& launcher, const std::vector<T>& host) {
   const cl::Buffer buffer = launcher.device().allocate(std::max<std::size_t>(1, host.size()) * sizeof(T));
-  if (!host.empty()) launcher.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, host.size() * sizeof(T), host.data());
+  if (!host.empty())
+    launcher.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, host.size() * sizeof(T), host.data());
   return buffer;
 }
 
 using Matrix = std::array<double, 6>;  // xx yy zz yz xz xy
-constexpr std::array<std::array<std::size_t, 2>, 6> entries = {{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
+constexpr std::array<std::array<std::size_t, 2>, 6> entries = {
+    {{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
 
 /// Projects a symmetric matrix to Q A Q.
 Matrix projected(const Matrix& Q, const Matrix& A) {
@@ -52,7 +54,8 @@ std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int cou
 
 }  // namespace
 
-Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid, int members)
+Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
+             int members)
     : launcher_(launcher),
       scene_(scene),
       grid_(grid),
@@ -94,7 +97,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl"}) parts.emplace_back(file);
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
-             "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()), "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
+             "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
+             "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
              "MEMBER_GROUP=" + std::to_string(member_group)};
   const cl::Program program = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
@@ -120,16 +124,19 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   const auto& [nx, ny, nz] = grid_.cells;
   const auto cells = static_cast<std::size_t>(grid_.size()) * members.size();
   const auto planes = static_cast<std::size_t>(nz) * members.size();
-  const cl::Buffer counts = launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
+  const cl::Buffer counts =
+      launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
   const cl::Buffer region = launcher_.device().allocate(cells);
   launcher_(parts_, cl::NDRange(static_cast<std::size_t>(nx), static_cast<std::size_t>(ny), planes),
             launcher_.device().info().gpu ? cl::NullRange : cl::NDRange(8, 1, 1),
-            static_cast<double>(cells) * (2 + voids_), parameters, grid_.origin_and_spacing(), counts, region);
+            static_cast<double>(cells) * (2 + voids_), parameters, grid_.origin_and_spacing(), counts,
+            region);
   SolidParts parts;
   parts.samples = 3 * samples_along_edge * samples_along_edge * samples_along_edge;
   parts.counts.resize(cells * static_cast<std::size_t>(4 * (voids_ + 1)));
   parts.region.resize(cells);
-  launcher_.queue().enqueueReadBuffer(counts, CL_TRUE, 0, parts.counts.size() * sizeof(cl_ushort), parts.counts.data());
+  launcher_.queue().enqueueReadBuffer(counts, CL_TRUE, 0, parts.counts.size() * sizeof(cl_ushort),
+                                      parts.counts.data());
   launcher_.queue().enqueueReadBuffer(region, CL_TRUE, 0, parts.region.size(), parts.region.data());
   mesh_ = build_solid_mesh(scene_, grid_, parts, members_);
   upload(parameters, members);
@@ -141,10 +148,12 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   Device& device = launcher_.device();
   const std::size_t real = real_bytes(scene_.precision);
   const std::size_t cavities = scene_.mechanics->cavities.size();
-  member_of_cell_ = upload_new(launcher_, members_of_blocks(mesh_.cell_blocks, mesh_.cells / SolidMesh::block, 1));
-  member_of_node_ = upload_new(launcher_, members_of_blocks(mesh_.node_blocks, mesh_.nodes / SolidMesh::block, 1));
-  member_of_item_ = upload_new(
-      launcher_, members_of_blocks(mesh_.item_blocks, mesh_.items / SolidMesh::block, static_cast<int>(cavities)));
+  member_of_cell_ =
+      upload_new(launcher_, members_of_blocks(mesh_.cell_blocks, mesh_.cells / SolidMesh::block, 1));
+  member_of_node_ =
+      upload_new(launcher_, members_of_blocks(mesh_.node_blocks, mesh_.nodes / SolidMesh::block, 1));
+  member_of_item_ = upload_new(launcher_, members_of_blocks(mesh_.item_blocks, mesh_.items / SolidMesh::block,
+                                                            static_cast<int>(cavities)));
   cell_nodes_ = upload_new(launcher_, mesh_.cell_nodes);
   share_ = reals(mesh_.share);
   region_ = upload_new(launcher_, mesh_.region);
@@ -170,7 +179,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   std::vector<double> inverse(mesh_.inverse_mass);
   const auto density = n(scene_.parameters.index("mechanics.density_mg_per_mm3"));
   for (std::size_t m = 0; m < members.size(); ++m)
-    for (int a = mesh_.node_blocks[m] * SolidMesh::block; a < mesh_.node_blocks[m + 1] * SolidMesh::block; ++a)
+    for (int a = mesh_.node_blocks[m] * SolidMesh::block; a < mesh_.node_blocks[m + 1] * SolidMesh::block;
+         ++a)
       inverse[n(a)] /= members[m].values[density];
   inverse_mass_ = reals(inverse);
   u_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
@@ -211,7 +221,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   if (scene_.circulation) return;
   const bool still = scene_.mechanics->quasi_static;
   const auto structural = [&](const char* path) { return scene_.parameters.value(path); };
-  loads_ = {structural("mechanics.load.ramp_ms"), still ? structural("mechanics.load.at_most_ms") : structural("time.end_ms"),
+  loads_ = {structural("mechanics.load.ramp_ms"),
+            still ? structural("mechanics.load.at_most_ms") : structural("time.end_ms"),
             still ? structural("mechanics.load.tolerance") : 0, still ? 1.0 : 0.0};
 }
 
@@ -234,11 +245,13 @@ void Solid::build_supports(std::span<const Member> members) {
   const cl::Buffer near_on_device = upload_new(launcher_, near);
   const cl::Buffer vertex = upload_new(launcher_, mesh_.vertex);
   std::vector<double> values;
-  for (const Member& member : members) values.insert(values.end(), member.values.begin(), member.values.end());
+  for (const Member& member : members)
+    values.insert(values.end(), member.values.begin(), member.values.end());
   const cl::Buffer block = reals(values);
-  launcher_(vertex_voids_, cl::NDRange(static_cast<std::size_t>(mesh_.nodes)), cl::NDRange(SolidMesh::block), 0.0, block,
-            grid_.origin_and_spacing(), vertex, near_on_device);
-  launcher_.queue().enqueueReadBuffer(near_on_device, CL_TRUE, 0, near.size() * sizeof(cl_ushort), near.data());
+  launcher_(vertex_voids_, cl::NDRange(static_cast<std::size_t>(mesh_.nodes)), cl::NDRange(SolidMesh::block),
+            0.0, block, grid_.origin_and_spacing(), vertex, near_on_device);
+  launcher_.queue().enqueueReadBuffer(near_on_device, CL_TRUE, 0, near.size() * sizeof(cl_ushort),
+                                      near.data());
 
   using Kind = Mechanics::Boundary::Kind;
   const auto& conditions = scene_.mechanics->boundary;
@@ -271,9 +284,10 @@ void Solid::build_supports(std::span<const Member> members) {
           for (std::size_t k = 0; k < 6; ++k) support.projector[k] -= held[k] / trace;
         continue;
       }
-      const auto m = static_cast<std::size_t>(
-          std::upper_bound(mesh_.node_blocks.begin(), mesh_.node_blocks.end(), patch.node / SolidMesh::block) -
-          mesh_.node_blocks.begin() - 1);
+      const auto m =
+          static_cast<std::size_t>(std::upper_bound(mesh_.node_blocks.begin(), mesh_.node_blocks.end(),
+                                                    patch.node / SolidMesh::block) -
+                                   mesh_.node_blocks.begin() - 1);
       Support& support = at(patch.node);
       for (std::size_t k = 0; k < 6; ++k) {
         support.stiffness[k] += area * direction[k] * members[m].values[static_cast<std::size_t>(stiffness)];
@@ -304,60 +318,64 @@ void Solid::forces(const cl::Buffer& parameters) {
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(forces_, cl::NDRange(cells), cl::NDRange(SolidMesh::block),
             static_cast<double>(cells) * (33 + real * (1 + 12 + 24 + 3)), parameters, state_, member_of_cell_,
-            cell_nodes_, share_, region_, direction_, activation_, tension_, u_, v_, force_, mesh_.cells, mesh_.nodes,
-            Real{grid_.dx_mm}, odd_);
+            cell_nodes_, share_, region_, direction_, activation_, tension_, u_, v_, force_, mesh_.cells,
+            mesh_.nodes, Real{grid_.dx_mm}, odd_);
   if (scene_.mechanics->cavities.empty()) return;
   const auto items = static_cast<std::size_t>(mesh_.items);
   launcher_(cavity_forces_, cl::NDRange(items), cl::NDRange(SolidMesh::block),
-            static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)), state_, member_of_item_, item_cell_,
-            item_cavity_, item_share_, item_faces_, cell_nodes_, position_, lid_, u_, gradient_, volume_, mesh_.cells,
-            mesh_.nodes, mesh_.items, Real{grid_.dx_mm});
+            static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)), state_, member_of_item_,
+            item_cell_, item_cavity_, item_share_, item_faces_, cell_nodes_, position_, lid_, u_, gradient_,
+            volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm});
 }
 
 void Solid::predict() {
   const bool gpu = launcher_.device().info().gpu;
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(predict_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block), cl::NDRange(gpu ? SolidMesh::block : 1),
-            static_cast<double>(nodes) * (40 + real * (24 + 1 + 9)), state_, member_of_node_, corners_, inverse_mass_,
-            support_of_, support_, cavity_of_, cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_, node_sums_,
-            mesh_.cells, mesh_.nodes, supports_, mesh_.items, mesh_.cavity_nodes, odd_);
+  launcher_(predict_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (40 + real * (24 + 1 + 9)),
+            state_, member_of_node_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
+            cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_, node_sums_, mesh_.cells,
+            mesh_.nodes, supports_, mesh_.items, mesh_.cavity_nodes, odd_);
 }
 
 void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
-  launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1), 0.0,
-            node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, pressures_, loads_, state_,
-            mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm},
-            Real{courant}, odd_);
+  launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
+            0.0, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, pressures_, loads_,
+            state_, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
+            Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
-void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples, bool measured) {
+void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples,
+                 bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
-  launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1), 0.0,
-            parameters, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, inflation_, damping_,
-            state_, circulation.states(), circulation.statuses(), circulation.clock(), circulation.pressure_buffer(),
-            circulation.volume_buffer(), circulation.at_most(), samples, mesh_.nodes / SolidMesh::block,
-            mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
+  launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
+            0.0, parameters, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
+            inflation_, damping_, state_, circulation.states(), circulation.statuses(), circulation.clock(),
+            circulation.pressure_buffer(), circulation.volume_buffer(), circulation.at_most(), samples,
+            mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
+            Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(move_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), static_cast<double>(nodes) * real * 10, state_,
-            member_of_node_, inverse_mass_, support_of_, support_, cavity_of_, cavity_gradient_, u_, v_, mesh_.nodes,
-            supports_, mesh_.cavity_nodes, odd_);
+  launcher_(move_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), static_cast<double>(nodes) * real * 10,
+            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_of_, cavity_gradient_, u_,
+            v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
   odd_ = 1 - odd_;
 }
 
 void Solid::measure(const cl::Buffer& parameters) {
   const bool gpu = launcher_.device().info().gpu;
   const auto cells = static_cast<std::size_t>(mesh_.cells);
-  launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block), cl::NDRange(gpu ? SolidMesh::block : 1),
-            static_cast<double>(cells) * 100, parameters, state_, member_of_cell_, cell_nodes_, share_, region_,
-            direction_, tension_, u_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
+  launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block),
+            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * 100, parameters, state_,
+            member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, measures_, mesh_.cells,
+            mesh_.nodes, Real{grid_.dx_mm});
 }
 
 std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
@@ -385,7 +403,8 @@ std::vector<double> Solid::state() {
 }
 
 void Solid::set_state(const std::vector<double>& state) {
-  state_ = wide_ ? upload_new(launcher_, state) : upload_new(launcher_, std::vector<float>(state.begin(), state.end()));
+  state_ = wide_ ? upload_new(launcher_, state)
+                 : upload_new(launcher_, std::vector<float>(state.begin(), state.end()));
 }
 
 double Solid::first_step_ms(const cl::Buffer& parameters) {
@@ -397,7 +416,8 @@ double Solid::first_step_ms(const cl::Buffer& parameters) {
 std::size_t Solid::bytes() const {
   const std::size_t real = real_bytes(scene_.precision), cavities = scene_.mechanics->cavities.size();
   const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
-             items = static_cast<std::size_t>(mesh_.items), rim = static_cast<std::size_t>(mesh_.cavity_nodes);
+             items = static_cast<std::size_t>(mesh_.items),
+             rim = static_cast<std::size_t>(mesh_.cavity_nodes);
   const std::size_t directions = sheets_ ? 24 : 12;
   return cells * (33 + real * (4 + directions + 24 + 1 + static_cast<std::size_t>(tension_states_ + 2))) +
          nodes * (8 * 4 + 8 + real * (3 + 3 + 3 + 1)) + items * (5 + real * (4 + 6 + 24 + 1)) +
@@ -420,7 +440,8 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
   double worst = 1e30;
   std::size_t where = 0;
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
-  for (int i = mesh_.cell_blocks[k] * SolidMesh::block; i < mesh_.cell_blocks[k + 1] * SolidMesh::block; ++i) {
+  for (int i = mesh_.cell_blocks[k] * SolidMesh::block; i < mesh_.cell_blocks[k + 1] * SolidMesh::block;
+       ++i) {
     const auto cell = static_cast<std::size_t>(i);
     if (mesh_.grid_cell[cell] < 0) continue;
     // Volume of the cell by its edges' means.
@@ -429,11 +450,13 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
       for (std::size_t row = 0; row < 3; ++row)
         for (std::size_t axis = 0; axis < 3; ++axis)
           F[row][axis] += (corner >> axis & 1 ? 0.25 : -0.25) / grid_.dx_mm *
-                          u[row * nodes + static_cast<std::size_t>(mesh_.cell_nodes[static_cast<std::size_t>(corner) *
-                                                                                      static_cast<std::size_t>(mesh_.cells) +
-                                                                                  cell])];
+                          u[row * nodes + static_cast<std::size_t>(
+                                              mesh_.cell_nodes[static_cast<std::size_t>(corner) *
+                                                                   static_cast<std::size_t>(mesh_.cells) +
+                                                               cell])];
     for (std::size_t row = 0; row < 3; ++row) F[row][row] += 1;
-    const double J = F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1]) - F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0]) +
+    const double J = F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1]) -
+                     F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0]) +
                      F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0]);
     if (J < worst || std::isnan(J)) {
       worst = J;
@@ -461,8 +484,8 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
     case SolidEnd::settled:
       break;
   }
-  text << "; smallest volume ratio " << worst << " at (" << X[0] << ", " << X[1] << ", " << X[2] << ") mm, region "
-       << scene_.regions[mesh_.region[where]].name;
+  text << "; smallest volume ratio " << worst << " at (" << X[0] << ", " << X[1] << ", " << X[2]
+       << ") mm, region " << scene_.regions[mesh_.region[where]].name;
   return text.str();
 }
 
@@ -484,7 +507,8 @@ std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<dou
   double nearest = 1e30;
   int cell = -1;
   std::array<double, 3> inside{};
-  for (int i = mesh_.cell_blocks[m] * SolidMesh::block; i < mesh_.cell_blocks[m + 1] * SolidMesh::block; ++i) {
+  for (int i = mesh_.cell_blocks[m] * SolidMesh::block; i < mesh_.cell_blocks[m + 1] * SolidMesh::block;
+       ++i) {
     if (mesh_.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
     const auto first = static_cast<std::size_t>(mesh_.cell_nodes[static_cast<std::size_t>(i)]);
     std::array<double, 3> at{};
@@ -502,7 +526,8 @@ std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<dou
   std::array<double, 3> result{};
   for (int c = 0; c < 8 && cell >= 0; ++c) {
     const auto node = static_cast<std::size_t>(
-        mesh_.cell_nodes[static_cast<std::size_t>(c) * static_cast<std::size_t>(mesh_.cells) + static_cast<std::size_t>(cell)]);
+        mesh_.cell_nodes[static_cast<std::size_t>(c) * static_cast<std::size_t>(mesh_.cells) +
+                         static_cast<std::size_t>(cell)]);
     double weight = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) weight *= c >> axis & 1 ? inside[axis] : 1 - inside[axis];
     for (std::size_t axis = 0; axis < 3; ++axis)

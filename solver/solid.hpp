@@ -19,7 +19,8 @@ enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
 class Solid {
  public:
   /// grid: of the mechanics; its definitions (NX, NY, NZ) must be those of `definitions`.
-  Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid, int members);
+  Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
+        int members);
 
   /// Geometry, fibres, supports of `members`, whose blocks stand in `parameters`; everything at rest.
   void build(const cl::Buffer& parameters, std::span<const Member> members);
@@ -58,14 +59,37 @@ class Solid {
   std::vector<double> displacement();
   std::vector<double> velocity();
   void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
-  /// Displacement of the material point X of member m, by trilinear interpolation in its cell or the nearest one.
+  /// Displacement of the material point X of member m, by trilinear interpolation in its cell or the nearest
+  /// one.
   std::array<double, 3> displacement_at(std::size_t m, const std::array<double, 3>& X,
                                         const std::vector<double>& displacement) const;
 
   /// kernels/solid.clh has the same list.
-  enum Slot { time, step, odd_step, largest_step, damping, load_share, beat_time, beat_number, beat_length, halt, halted,
-              since_halt, kinetic, residual, smallest_J, largest_speed2, strain_energy, first_step, ended, steps_done,
-              first_pressure, first_volume = first_pressure + 4, state_size = first_volume + 4 };
+  enum Slot {
+    time,
+    step,
+    odd_step,
+    largest_step,
+    damping,
+    load_share,
+    beat_time,
+    beat_number,
+    beat_length,
+    halt,
+    halted,
+    since_halt,
+    kinetic,
+    residual,
+    smallest_J,
+    largest_speed2,
+    strain_energy,
+    first_step,
+    ended,
+    steps_done,
+    first_pressure,
+    first_volume = first_pressure + 4,
+    state_size = first_volume + 4
+  };
 
  private:
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
@@ -81,11 +105,13 @@ class Solid {
   SolidMesh mesh_;
   int supports_ = 0;
   Real4 loads_{};  ///< kernels/solid_load.cl
-  cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_, direction_,
-      activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_, position_, lid_,
-      gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
-      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_, inflation_, damping_;
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, cavity_forces_, predict_, member_, move_, measure_;
+  cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_,
+      direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
+      position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
+      cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
+      pressures_, inflation_, damping_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, cavity_forces_, predict_, member_, move_,
+      measure_;
 };
 
 }  // namespace cohort

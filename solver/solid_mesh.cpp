@@ -47,15 +47,18 @@ class MemberMesh {
   std::size_t place(const Index3& c) const {
     return static_cast<std::size_t>(c[0]) +
            static_cast<std::size_t>(n_[0]) *
-               (static_cast<std::size_t>(c[1]) + static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(c[2]));
+               (static_cast<std::size_t>(c[1]) +
+                static_cast<std::size_t>(n_[1]) * static_cast<std::size_t>(c[2]));
   }
   Index3 index(std::size_t cell) const {
     const auto nx = static_cast<std::size_t>(n_[0]), ny = static_cast<std::size_t>(n_[1]);
-    return {static_cast<int>(cell % nx), static_cast<int>(cell / nx % ny), static_cast<int>(cell / (nx * ny))};
+    return {static_cast<int>(cell % nx), static_cast<int>(cell / nx % ny),
+            static_cast<int>(cell / (nx * ny))};
   }
   /// Share of quarter g of a cell in part k + 1 (tissue: k = -1).
   double quarter(std::size_t cell, int k, int g) const {
-    return parts_.counts[static_cast<std::size_t>(4 * (k + 1) + g) * all_ + first_ + cell] / double(parts_.samples);
+    return parts_.counts[static_cast<std::size_t>(4 * (k + 1) + g) * all_ + first_ + cell] /
+           double(parts_.samples);
   }
   double part_share(std::size_t cell, int k) const {
     return 0.25 * (quarter(cell, k, 0) + quarter(cell, k, 1) + quarter(cell, k, 2) + quarter(cell, k, 3));
@@ -101,9 +104,11 @@ class MemberMesh {
         });
       }
     }
-    const double largest = sizes.empty() ? 0 : static_cast<double>(*std::max_element(sizes.begin(), sizes.end()));
+    const double largest =
+        sizes.empty() ? 0 : static_cast<double>(*std::max_element(sizes.begin(), sizes.end()));
     for (std::size_t cell = 0; cell < cells_; ++cell)
-      if (piece[cell] >= 0 && static_cast<double>(sizes[static_cast<std::size_t>(piece[cell])]) >= smallest_piece * largest)
+      if (piece[cell] >= 0 &&
+          static_cast<double>(sizes[static_cast<std::size_t>(piece[cell])]) >= smallest_piece * largest)
         local_[cell] = 0;
     if (sizes.empty()) defect_ = "there is no tissue to deform";
   }
@@ -155,7 +160,9 @@ class MemberMesh {
     mesh_nodes_.insert(mesh_nodes_.end(), nodes_.begin(), nodes_.end());
   }
 
-  int node(int cell, int corner) const { return nodes_[static_cast<std::size_t>(8 * (cell - first_cell_) + corner)]; }
+  int node(int cell, int corner) const {
+    return nodes_[static_cast<std::size_t>(8 * (cell - first_cell_) + corner)];
+  }
 
   void append_cavity(SolidMesh& mesh, std::size_t q) {
     const int k = cavity_void_[q];
@@ -234,7 +241,8 @@ class MemberMesh {
       };
       if (const double chi = void_share(cell, k); chi > 0)
         for (int corner = 0; corner < 8; ++corner)
-          for (std::size_t axis = 0; axis < 3; ++axis) add(corner, axis, (corner >> axis & 1 ? -chi : chi) * quarter);
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            add(corner, axis, (corner >> axis & 1 ? -chi : chi) * quarter);
       neighbours(cell, [&](int face, std::size_t next) {
         const double weight = local_[next] >= 0 ? 0 : void_weight(next, k);
         if (!(weight > 0)) return;
@@ -249,8 +257,8 @@ class MemberMesh {
   }
 
  public:
-  std::vector<int> mesh_nodes_;      // (count, 8) of this member's cells
-  std::vector<double> item_faces_;   // (items of this member, 6)
+  std::vector<int> mesh_nodes_;               // (count, 8) of this member's cells
+  std::vector<double> item_faces_;            // (items of this member, 6)
   std::vector<double> shares_, item_shares_;  // (cells, 4), (items, 4)
 
  private:
@@ -270,7 +278,8 @@ class MemberMesh {
 
 template <typename T>
 T& at(std::vector<T>& field, int component, int stride, int i) {
-  return field[static_cast<std::size_t>(component) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(i)];
+  return field[static_cast<std::size_t>(component) * static_cast<std::size_t>(stride) +
+               static_cast<std::size_t>(i)];
 }
 
 }  // namespace
@@ -346,7 +355,8 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
   for (std::size_t j = 0; j < items; ++j) {
     if (mesh.item_cell[j] < 0) continue;
     for (int corner = 0; corner < 8; ++corner) {
-      int& place = mesh.cavity_of[static_cast<std::size_t>(at(mesh.cell_nodes, corner, mesh.cells, mesh.item_cell[j]))];
+      int& place = mesh.cavity_of[static_cast<std::size_t>(
+          at(mesh.cell_nodes, corner, mesh.cells, mesh.item_cell[j]))];
       if (place < 0) place = mesh.cavity_nodes++;
     }
   }

@@ -14,33 +14,34 @@ namespace cohort {
 /// kernels/solid.clh: member after member, each padded to whole blocks, block 0 void.
 struct SolidMesh {
   static constexpr int block = 64;
-  static constexpr double mass_floor = 0.25;  ///< least share of a cell that counts as mass and passive stress
+  static constexpr double mass_floor =
+      0.25;  ///< least share of a cell that counts as mass and passive stress
 
   // Cells. cells: their number with padding, the stride of fields.
   int cells = 0;
-  std::vector<int> cell_blocks;         ///< (members + 1) first block of each member
-  std::vector<int> grid_cell;           ///< (cells) in the grid, counted over members; -1 in padding
-  std::vector<std::uint8_t> region;     ///< (cells)
-  std::vector<double> share;            ///< (4, cells) of each point's quarter in tissue
-  std::vector<int> cell_nodes;          ///< (8, cells)
+  std::vector<int> cell_blocks;      ///< (members + 1) first block of each member
+  std::vector<int> grid_cell;        ///< (cells) in the grid, counted over members; -1 in padding
+  std::vector<std::uint8_t> region;  ///< (cells)
+  std::vector<double> share;         ///< (4, cells) of each point's quarter in tissue
+  std::vector<int> cell_nodes;       ///< (8, cells)
   // Nodes.
   int nodes = 0;
-  std::vector<int> node_blocks;         ///< (members + 1)
-  std::vector<int> vertex;              ///< (nodes) in the grid of vertices, counted over members; -1 in padding
-  std::vector<double> position;         ///< (3, nodes) mm
-  std::vector<double> inverse_mass;     ///< (nodes) 1/mg per unit of density; 0 in padding
-  std::vector<int> corners;             ///< (8, nodes) cell of which the node is corner c; a void one where none
+  std::vector<int> node_blocks;      ///< (members + 1)
+  std::vector<int> vertex;           ///< (nodes) in the grid of vertices, counted over members; -1 in padding
+  std::vector<double> position;      ///< (3, nodes) mm
+  std::vector<double> inverse_mass;  ///< (nodes) 1/mg per unit of density; 0 in padding
+  std::vector<int> corners;          ///< (8, nodes) cell of which the node is corner c; a void one where none
   // Cavities' items: a cell and a cavity it touches.
   int items = 0;
-  std::vector<int> item_blocks;         ///< (members * cavities + 1)
-  std::vector<int> item_cell;           ///< (items) -1 in padding
+  std::vector<int> item_blocks;  ///< (members * cavities + 1)
+  std::vector<int> item_cell;    ///< (items) -1 in padding
   std::vector<std::uint8_t> item_cavity;
-  std::vector<double> item_share;       ///< (4, items)
-  std::vector<double> item_faces;       ///< (6, items)
-  std::vector<double> lid;              ///< (members, cavities, 3) mm
-  std::vector<int> cavity_of;           ///< (nodes) place among cavities' nodes, -1 for others
+  std::vector<double> item_share;  ///< (4, items)
+  std::vector<double> item_faces;  ///< (6, items)
+  std::vector<double> lid;         ///< (members, cavities, 3) mm
+  std::vector<int> cavity_of;      ///< (nodes) place among cavities' nodes, -1 for others
   int cavity_nodes = 0;
-  std::vector<int> cavity_corners;      ///< (cavities, 8, cavity_nodes) item of which the node is corner c, or -1
+  std::vector<int> cavity_corners;  ///< (cavities, 8, cavity_nodes) item of which the node is corner c, or -1
   // Surfaces: of each boundary condition, the area vector of its nodes, away from the tissue.
   struct Patch {
     int node;
@@ -50,13 +51,12 @@ struct SolidMesh {
   std::vector<std::vector<int>> held;        ///< by boundary condition: nodes that a clamp holds
   std::vector<std::string> defects;          ///< by member; empty when sound
   std::vector<int> tissue_cells;             ///< by member
-
 };
 
 /// What kernels/solid_setup.cl found in the cells of the grid, host copies.
 struct SolidParts {
   std::vector<std::uint16_t> counts;  ///< (1 + voids, 4, members, nz, ny, nx) of samples
-  std::vector<std::uint8_t> region;  ///< (members, nz, ny, nx)
+  std::vector<std::uint8_t> region;   ///< (members, nz, ny, nx)
   int samples;                        ///< of a quarter of a cell
 };
 

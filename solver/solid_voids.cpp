@@ -21,7 +21,8 @@ const Shape* find(const Scene& scene, const std::string& name) {
   return it == scene.shapes.end() ? nullptr : &*it;
 }
 
-/// On which side of `shape` the inside of `of` lies: 1 inside it, -1 outside it, 0 where `of` is not made of it.
+/// On which side of `shape` the inside of `of` lies: 1 inside it, -1 outside it, 0 where `of` is not made of
+/// it.
 int side(const Scene& scene, const std::string& shape, const std::string& of) {
   if (shape == of) return 1;
   const Shape* whole = find(scene, of);
@@ -59,7 +60,8 @@ std::vector<std::string> solid_voids(const Scene& scene) {
     case GeometryKind::shapes:
       for (const Mechanics::Cavity& cavity : scene.mechanics->cavities)
         if (!find(scene, cavity.shape))
-          throw std::invalid_argument("no shape \"" + cavity.shape + "\" for the cavity \"" + cavity.name + "\"");
+          throw std::invalid_argument("no shape \"" + cavity.shape + "\" for the cavity \"" + cavity.name +
+                                      "\"");
       for (const Mechanics::Boundary& boundary : scene.mechanics->boundary)
         if (side_of_tissue(scene, boundary.surface) == 0)
           throw std::invalid_argument("the shape \"" + boundary.surface + "\" does not bound the tissue");
@@ -107,7 +109,8 @@ std::string solid_part_source(const Scene& scene) {
   for (size_t k = 0; k < voids.size(); ++k) {
     const bool cavity = k < scene.mechanics->cavities.size();
     const bool beyond = !cavity && side_of_tissue(scene, voids[k]) > 0;
-    source += std::string(" ") + (beyond ? "beyond" : "inside") + "(" + std::to_string(k + 1) + ", " + voids[k] + ")";
+    source += std::string(" ") + (beyond ? "beyond" : "inside") + "(" + std::to_string(k + 1) + ", " +
+              voids[k] + ")";
   }
   return source + "\n";
 }

@@ -12,8 +12,8 @@ namespace cohort {
 /// the surface or shape that does not bound the tissue.
 std::vector<std::string> solid_voids(const Scene& scene);
 
-/// The void beyond a surface of the scene: of a shape, "epicardium", "base", "lv_endocardium", "rv_endocardium",
-/// "x_lower" ... "z_upper" of a box. -1 where there is none.
+/// The void beyond a surface of the scene: of a shape, "epicardium", "base", "lv_endocardium",
+/// "rv_endocardium", "x_lower" ... "z_upper" of a box. -1 where there is none.
 int void_of_surface(const Scene& scene, const std::string& surface);
 
 /// Void of a cavity of the mechanics.
