@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "solver/circulation.hpp"
 #include "solver/excitation.hpp"
 #include "solver/pv_output.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "solver/circulation.hpp"
+#include "solver/lumped_circulation.hpp"
 #include "solver/simulation.hpp"
 
 namespace cohort {

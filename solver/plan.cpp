@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "solver/bidomain.hpp"
+#include "solver/circulation.hpp"
 #include "solver/eikonal_activation.hpp"
 #include "solver/forward_ecg.hpp"
 #include "solver/heartbeat.hpp"

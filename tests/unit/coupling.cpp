@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "solver/circulation.hpp"
+#include "solver/lumped_circulation.hpp"
 #include "solver/pv_output.hpp"
 #include "tests/slab.hpp"
 

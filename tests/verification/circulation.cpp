@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "solver/lumped_circulation.hpp"
 #include "solver/pv_output.hpp"
 #include "tests/slab.hpp"
 
