@@ -28,8 +28,8 @@ import h5py
 import numpy
 
 ENDED = 3  # smallest status of a row that has ended
-CHECKSUMMED = ["members/seed", "parameters", "unit_parameters", "ecg", "features", "members/reason", "members/failed_at_ms",
-               "members/dt_ms", "members/dx_mm", "members/error_estimate", "status"]
+CHECKSUMMED = ["members/seed", "parameters", "unit_parameters", "ecg", "pv/pressure", "pv/volume", "displacement", "features",
+               "members/reason", "members/failed_at_ms", "members/dt_ms", "members/dx_mm", "members/error_estimate", "status"]
 
 
 class Failure(Exception):
