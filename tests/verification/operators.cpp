@@ -87,6 +87,41 @@ INSTANTIATE_TEST_SUITE_P(Thesis, Order,
                                           testing::Values(Precision::single_, Precision::double_)),
                          title);
 
+// The thesis's phi shears along z alone: two columns of F are constant and all faces are parallelograms, so
+// that areas from one edge of a face pass its test. Here all of F varies.
+TEST(Operators, AreOfSecondOrderWhereAllColumnsOfFVary) {
+  const auto bent = [](const Vector& X) {
+    return Vector{X[0] + 0.2 * std::sin(1.5 * X[1] + X[2]), X[1] + 0.2 * std::sin(1.3 * X[2] - X[0]),
+                  X[2] + 0.2 * std::cos(X[0] + 1.1 * X[1])};
+  };
+  std::array<double, 3> before{};
+  for (const int n : {16, 32, 64}) {
+    const ThesisGrid grid{n, false, 1};
+    const Lattice &l = grid.lattice, centres = l.centres();
+    Runner run(Precision::double_, Coordinates::position);
+    const std::vector<double> x = grid.sample(l, 3, bent),
+                              u = grid.sample(l, 3, [&](const Vector&X) { return Exact::u(bent(X)); });
+    const std::array<double, 3> now = {
+        grid.error(centres, run.gradient(l, x, u, 3), 9,
+                   [&](const Vector& X) { return Exact::gradient(bent(X)); }),
+        grid.error(centres, run.divergence(l, x, u, 1), 1,
+                   [&](const Vector& X) { return Exact::divergence(bent(X)); }),
+        grid.error(l, run.laplacian(l, x, u, 3), 3,
+                   [&](const Vector& X) { return Exact::laplacian(bent(X)); })};
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::printf("n %2d %-10s %.3e order %.2f\n", n,
+                  i == 0   ? "gradient"
+                  : i == 1 ? "divergence"
+                           : "laplacian",
+                  now[i], order(before[i], now[i]));
+      if (n > 16) {
+        EXPECT_NEAR(order(before[i], now[i]), 2, 0.1);
+      }
+    }
+    before = now;
+  }
+}
+
 // The mean of the corners of a cell is off by dx^2 / 8 times the Laplacian, to leading order.
 TEST(Interpolation, IsOffByAnEighthOfTheLaplacian) {
   const ThesisGrid grid{64, false};
