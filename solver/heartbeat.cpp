@@ -244,7 +244,13 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   if (scene_.beats && !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));
-  const std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
+  std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
+  if (!features.empty()) {
+    features.insert(features.end(), {static_cast<float>(status.beats), status.difference});
+    if (!tissue.empty())
+      features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg, status.apart_mL,
+                                       static_cast<float>(tissue[Solid::smallest_J])});
+  }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()
 }
 
