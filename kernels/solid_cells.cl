@@ -218,6 +218,8 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
   volume[j] = total;
 }
 
+#define TOGETHER R(1.25)
+
 // By block of cells (3, blocks): largest square of a wave's speed per unit of h (mm2/ms2), -(smallest mean volume ratio), strain
 // energy (uJ).
 #define SPEED_MEASURE 0
@@ -256,10 +258,12 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
     const symmetric S = law_stress(C, Jg, f, s, M);
-    const real bulk = M[M_bulk_modulus_kPa] * fmax(sym_largest(sym_cofactor(C)), R(0.0));
-    real stiffness = bulk + law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
+    // Of one cell: the mean pressure's stiffness is rank one, 4 kappa |cof F|^2 / (rho h^2) with the Frobenius norm (3 at rest);
+    // of the law, m (x) N alone is bounded, and several act at once.
+    real stiffness = M[M_bulk_modulus_kPa] * (dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z)) +
+                     TOGETHER * law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
 #if TENSION
-    stiffness += active;
+    stiffness += TOGETHER * active;
 #endif
     speed2 = fmax(speed2, stiffness / density);
     energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
