@@ -64,9 +64,10 @@ TEST(SolidCavity, VolumeOfAnEllipsoidConverges) {
   }
   std::printf("closed ellipsoid: error of the volume %.4f, %.4f, %.4f %% at 2, 1, 0.5 mm\n", 100 * errors[0], 100 * errors[1],
               100 * errors[2]);
-  EXPECT_LT(std::abs(errors[0]), 5e-3);
-  EXPECT_LT(std::abs(errors[1]), 1.2e-3);
-  EXPECT_LT(std::abs(errors[2]), 3e-4);
+  // Of first order, and small: what a cell holds of the other side is neglected below 5 %.
+  EXPECT_LT(std::abs(errors[0]), 3e-3);
+  EXPECT_LT(std::abs(errors[1]), 0.65 * std::abs(errors[0]));
+  EXPECT_LT(std::abs(errors[2]), 0.65 * std::abs(errors[1]));
 }
 
 // A ventricle cut open at z = 0: half of an ellipsoid, closed by its lid.
@@ -77,18 +78,36 @@ TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
   ASSERT_EQ(run.solid->defect(0), "");
   const double volume = run.measured(run.at_rest()).volume_mm3;
   EXPECT_NEAR(volume / exact, 1, 2e-3);
-  // What keeps the lid in its plane.
+  // Its plane may move, and what moves it in itself changes nothing.
   const Matrix F = {{{1.1, 0.1, -0.2}, {0.05, 0.9, 0.15}, {0, 0, 1.2}}};
   const std::vector<double> u = run.field([&](const Vector& X) {
     const Vector x = times(F, X);
-    return Vector{x[0] - X[0] + 5, x[1] - X[1] - 3, x[2] - X[2]};
+    return Vector{x[0] - X[0] + 5, x[1] - X[1] - 3, x[2] - X[2] + 4};
   });
   EXPECT_NEAR(run.measured(u).volume_mm3 / (determinant(F) * volume), 1, 1e-12);
-  // Pressure on the wall pushes it down by the lid's area.
+  // Pressure on the wall pushes it down by the lid's area, but for the blood in cells of the rim, which presses on its
+  // cell's part of the lid.
+  double of_cells = 0;
+  for (std::size_t j = 0; j < run.mesh().item_cell.size(); ++j) {
+    if (run.mesh().item_cell[j] < 0) continue;
+    if (std::abs(run.solid->centre(static_cast<std::size_t>(run.mesh().item_cell[j]))[2] + 0.5) > 1e-9) continue;
+    for (std::size_t g = 0; g < 4; ++g) of_cells += 0.25 * run.mesh().item_share[g * run.mesh().item_cell.size() + j];
+  }
   const std::vector<double> g = volume_slope(run, run.at_rest());
   double push = 0;
   for (std::size_t a = 0; a < run.nodes(); ++a) push += g[2 * run.nodes() + a];
-  EXPECT_NEAR(push / (-pi * axes[0] * axes[1]), 1, 5e-3);
+  EXPECT_GT(of_cells, 0.1 * pi * axes[0] * axes[1]);
+  EXPECT_NEAR((of_cells - push) / (pi * axes[0] * axes[1]), 1, 5e-3);
+  // A rim that moves across its plane takes the lid with it: the volume grows by what the wall sweeps and the lid.
+  std::vector<double> moved[2] = {run.at_rest(), run.at_rest()}, rim = run.at_rest();
+  for (std::size_t a = 0; a < run.nodes(); ++a) {
+    if (!run.is_node(a) || std::abs(run.place(a)[2]) > 1e-9) continue;
+    rim[2 * run.nodes() + a] = 1;
+    moved[0][2 * run.nodes() + a] = -1e-4;
+    moved[1][2 * run.nodes() + a] = 1e-4;
+  }
+  const double rise = (run.measured(moved[1]).volume_mm3 - run.measured(moved[0]).volume_mm3) / 2e-4;
+  EXPECT_NEAR(rise / (dot(g, rim) - push), 1, 1e-7);
 }
 
 // The pressure's forces are the slope of the volume: for motions that leave the lid in its plane.
@@ -96,27 +115,24 @@ TEST(SolidCavity, PressuresForcesAreTheVolumesSlope) {
   for (const bool open : {false, true}) {
     SolidRun run(hollow(open, "neo_hookean", Precision::double_, false),
                  both(ellipsoids({7, 7, 12}, 3, 1, {0, 0, open ? 0.0 : 0.3}), open ? base_at(0) : Settings{}));
-    for (const bool rim_moves : {false, true}) {
-      if (rim_moves && !open) continue;
-      double worst = 0;
-      for (const unsigned seed : {1u, 2u, 3u}) {
-        std::vector<double> u = run.random_field(0.15, seed), w = run.random_field(1, seed + 10);
-        for (std::size_t a = 0; open && !rim_moves && a < run.nodes(); ++a)
-          if (std::abs(run.place(a)[2]) < 1e-9) u[2 * run.nodes() + a] = w[2 * run.nodes() + a] = 0;
-        const double expected = dot(volume_slope(run, u), w), step = 1e-5;
-        const auto volume = [&](double along) {
-          std::vector<double> moved = u;
-          for (std::size_t i = 0; i < u.size(); ++i) moved[i] += along * w[i];
-          return run.measured(moved).volume_mm3;
-        };
-        const double found = (volume(step) - volume(-step)) / (2 * step);
-        EXPECT_GT(std::abs(expected), 1);
-        worst = std::max(worst, std::abs(found / expected - 1));
-      }
-      std::printf("%s cavity%s: slope of the volume over the pressure's forces differs by %.1e\n", open ? "open" : "closed",
-                  rim_moves ? ", rim out of its plane" : "", worst);
-      if (!rim_moves) EXPECT_LT(worst, 1e-7);
+    double worst = 0;
+    for (const unsigned seed : {1u, 2u, 3u}) {
+      std::vector<double> u = run.random_field(0.15, seed), w = run.random_field(1, seed + 10);
+      for (std::size_t a = 0; open && a < run.nodes(); ++a)
+        if (std::abs(run.place(a)[2]) < 1e-9) u[2 * run.nodes() + a] = w[2 * run.nodes() + a] = 0;
+      const double expected = dot(volume_slope(run, u), w), step = 1e-5;
+      const auto volume = [&](double along) {
+        std::vector<double> moved = u;
+        for (std::size_t i = 0; i < u.size(); ++i) moved[i] += along * w[i];
+        return run.measured(moved).volume_mm3;
+      };
+      const double found = (volume(step) - volume(-step)) / (2 * step);
+      EXPECT_GT(std::abs(expected), 1);
+      worst = std::max(worst, std::abs(found / expected - 1));
     }
+    std::printf("%s cavity: slope of the volume over the pressure's forces differs by %.1e\n", open ? "open" : "closed",
+                worst);
+    EXPECT_LT(worst, 1e-7);
   }
 }
 
