@@ -66,7 +66,7 @@ void declare_beat(Scene& scene) {
 }
 
 struct Elastance {
-  double active, passive, start_ms, contraction_ms, relaxation_ms, unstressed_mL;
+  double active, passive, start_ms, contraction_ms, relaxation_ms, unstressed_mL, wall = 0;
 };
 
 // Regazzoni's, whose atria contract with the ventricles (0.9 s, modulo a beat of 0.8 s). Before ventricles of
@@ -79,10 +79,10 @@ Elastance default_elastance(const Scene& scene, Chamber chamber) {
     case Chamber::rv:
       return {0.200, 0.029, 100, 250, 400, 16};
     case Chamber::la:
-      return before_tissue ? Elastance{0.07, 0.15, 670, 100, 100, 4}
+      return before_tissue ? Elastance{0.2, 0.15, 75, 100, 100, 4, 0.006}
                            : Elastance{0.07, 0.18, 900, 170, 170, 4};
     case Chamber::ra:
-      return before_tissue ? Elastance{0.06, 0.07, 670, 100, 100, 4}
+      return before_tissue ? Elastance{0.15, 0.07, 50, 100, 100, 4, 0.006}
                            : Elastance{0.06, 0.07, 900, 170, 170, 4};
   }
   throw std::logic_error("unknown chamber");
@@ -109,6 +109,8 @@ void declare_chambers(Scene& scene) {
     table.add({root + "relaxation_ms", "ms", e.relaxation_ms, 1, 2000, "how long it falls", source});
     table.add(
         {root + "unstressed_volume_mL", "mL", e.unstressed_mL, 0, 500, "volume without pressure", source});
+    table.add({root + "wall_resistance_mmHg_s_per_mL", "mmHg s/mL", e.wall, 0, 10,
+               "of the wall to its own stretching: pressure by the rate of volume", source});
   }
 }
 
