@@ -144,8 +144,8 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 }
 
 // Area of a face by its corners, (integral of N_a n) for each; n points as dxi x deta. 2 x 2 Gauss points are exact. Returns the
-// integral of x . n.
-inline real face_areas(const real3 *x, real3 *area) {
+// integral of (w x) . n, w by component.
+inline real face_areas(const real3 *x, real3 w, real3 *area) {
   real flux = 0;
   for (int a = 0; a < 4; ++a) area[a] = (real3)(0);
   for (int g = 0; g < 4; ++g) {
@@ -153,14 +153,15 @@ inline real face_areas(const real3 *x, real3 *area) {
     const real weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
     const real3 n = R(0.25) * cross((1 - t) * (x[1] - x[0]) + t * (x[3] - x[2]), (1 - s) * (x[2] - x[0]) + s * (x[3] - x[1]));
     for (int a = 0; a < 4; ++a) area[a] += weight[a] * n;
-    flux += dot(weight[0] * x[0] + weight[1] * x[1] + weight[2] * x[2] + weight[3] * x[3], n);
+    flux += dot(w * (weight[0] * x[0] + weight[1] * x[1] + weight[2] * x[2] + weight[3] * x[3]), n);
   }
   return flux;
 }
 
 // What a cell of tissue adds to a cavity: its own blood, share chi of the cell, and the faces behind which blood alone
 // lies, each weighted. gradient (8, 3, items): derivative of the cavity's volume by the node's place, mm2. volume (items): mm3; the
-// faces' part is that of the cone over `lid` (members, CAVITIES, 3), a point of the plane in which the cavity is cut open.
+// faces' part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
+// open, and the weights of the field's components: none across the plane, so that a lid that moves there adds nothing.
 // item_faces (6, items): -x +x -y +y -z +z.
 kernel void cavity_forces(global const wide *restrict state, global const ushort *restrict member_of_item,
                           global const int *restrict item_cell, global const uchar *restrict item_cavity,
@@ -191,7 +192,8 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
   real total = h * h * h * J;
 
   real3 x[8];
-  const real3 origin = vload3(member * CAVITIES + item_cavity[j], lid);
+  const int cavity = member * CAVITIES + item_cavity[j];
+  const real3 origin = vload3(2 * cavity, lid), along = vload3(2 * cavity + 1, lid);
   for (int c = 0; c < 8; ++c) {
     const int a = nodes[c];
     x[c] = (real3)(position[a] + u[a], position[a + (size_t)nodes_stride] + u[a + (size_t)nodes_stride],
@@ -208,7 +210,7 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
     for (int a = 0; a < 4; ++a) y[a] = x[corner[a]];
     // dxi x deta points along +axis, but for axis y; blood's outward normal points into the cell.
     const real sign = ((axis == 1) == (face % 2 == 0)) ? -weight : weight;
-    total += sign * face_areas(y, area) / 3;
+    total += sign * face_areas(y, along, area);
     for (int a = 0; a < 4; ++a)
       for (int d = 0; d < 3; ++d) {
         const real part = d == 0 ? area[a].x : d == 1 ? area[a].y : area[a].z;
