@@ -5,9 +5,15 @@
 //   solid_move                    velocities with the pressures, displacements
 // Element, cut cells, pressure through the cavity's fraction: solver/README.md. The mean-dilatation pressure: Simo, Taylor &
 // Pister, Comput. Methods Appl. Mech. Eng. 51 (1985), with one pressure a cell and U = kappa/2 (J - 1)^2.
-// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR.
+// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR; -D VISCOUS where some tissue is.
 #if !defined(PARAMETERS) || !defined(MASS_FLOOR)
 #error "solid.cl needs PARAMETERS, MASS_FLOOR"
+#endif
+
+// The law's own energy of a change of volume, else kappa/2 (J - 1)^2.
+#ifndef LAW_PRESSURE
+inline real law_pressure(real J, real kappa) { return kappa * (J - 1); }
+inline real law_volume_energy(real J, real kappa) { return R(0.5) * kappa * (J - 1) * (J - 1); }
 #endif
 
 inline void load_nodes(global const int *restrict cell_nodes, int i, int stride, int *nodes) {
@@ -83,7 +89,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
-  const real pressure = M[M_bulk_modulus_kPa] * (mean_volume_ratio(&m, quarter) - R(1.0));
+  const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
   const real stretch = fibre_stretch(&m, direction, i, cells);
   const real dt = S[STEP + odd];
@@ -267,9 +273,17 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
 #if TENSION
     stiffness += TOGETHER * active;
 #endif
-    speed2 = fmax(speed2, stiffness / density);
+    real square = stiffness / density;
+#ifdef VISCOUS
+    // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
+    // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).
+    const real per_h = M[M_viscosity_kPa_ms] * sym_largest(C) / (density * h);
+    const real speed = per_h + sqrt(square + per_h * per_h);
+    square = speed * speed;
+#endif
+    speed2 = fmax(speed2, square);
     energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
-              (law_energy(C, Jg, f, s, M) + R(0.5) * M[M_bulk_modulus_kPa] * (J - 1) * (J - 1));
+              (law_energy(C, Jg, f, s, M) + law_volume_energy(J, M[M_bulk_modulus_kPa]));
   }
   measure[SPEED_MEASURE] = fmax(measure[SPEED_MEASURE], speed2);
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);

@@ -73,7 +73,7 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
                            "recorder", "activation times"})
     plan.modules.push_back({name, false, "nothing is excited", {}, 0});
   Launcher launcher(device, scene.precision);
-  const SolidPlan solid = add_mechanics(launcher, scene, base, plan.members_per_device, plan);
+  const SolidPlan solid = add_mechanics(launcher, scene, members, base, plan.members_per_device, plan);
   refuse_beyond(plan.bytes, memory_limit(device, options),
                 "a batch of " + std::to_string(plan.members_per_device) + " members");
   plan.tissue_cells = solid.cells;
@@ -83,7 +83,8 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
   return plan;
 }
 
-SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& base, int batch, Plan& plan) {
+SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const Member> members,
+                        const Member& base, int batch, Plan& plan) {
   SolidPlan result;
   const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
                           std::size_t bytes) {
@@ -93,12 +94,18 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& ba
   if (scene.mechanics) {
     Device& device = launcher.device();
     const Grid grid = solid_grid(scene, plan);
-    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1);
+    plan.viscous = viscous(scene, base.values) ||
+                   std::any_of(members.begin(), members.end(),
+                               [&](const Member& member) { return viscous(scene, member.values); });
+    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous);
     const std::vector<std::byte> packed = pack(base.values, scene.precision);
     const cl::Buffer parameters = device.allocate(packed.size());
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     solid.build(parameters, {&base, 1});
     if (!solid.defect(0).empty()) throw std::invalid_argument("mechanics: " + solid.defect(0));
+    if (scene.displacement)
+      if (const std::string why = SolidPoints(launcher, scene, solid).defect(solid, 0); !why.empty())
+        throw std::invalid_argument(why);
     const SolidMesh& mesh = solid.mesh();
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
     result.dt_ms = solid.first_step_ms(parameters);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -10,6 +11,7 @@
 #include "solver/lumped_circulation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"
+#include "solver/pv_output.hpp"
 #include "solver/solid_voids.hpp"
 
 namespace cohort {
@@ -55,12 +57,13 @@ std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int cou
 }  // namespace
 
 Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
-             int members)
+             int members, bool viscous)
     : launcher_(launcher),
       scene_(scene),
       grid_(grid),
       capacity_(members),
       voids_(static_cast<int>(solid_voids(scene).size())),
+      samples_(scene.circulation ? 0 : pv_times_ms(scene).size()),
       wide_(launcher.device().has_double()) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
@@ -94,21 +97,22 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   }
   parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl"}) parts.emplace_back(file);
+  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"}) parts.emplace_back(file);
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
              "MEMBER_GROUP=" + std::to_string(member_group)};
-  const cl::Program program = stepping.build(device, parts, options);
+  if (viscous) options.emplace_back("VISCOUS");
+  program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
-  forces_ = launcher.handle(program, "solid_forces");
-  cavity_forces_ = launcher.handle(program, "cavity_forces");
-  predict_ = launcher.handle(program, "solid_predict");
-  member_ = launcher.handle(program, beats ? "solid_beat" : "solid_load");
-  move_ = launcher.handle(program, "solid_move");
-  measure_ = launcher.handle(program, "solid_measure");
+  forces_ = launcher.handle(program_, "solid_forces");
+  cavity_forces_ = launcher.handle(program_, "cavity_forces");
+  predict_ = launcher.handle(program_, "solid_predict");
+  member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
+  move_ = launcher.handle(program_, "solid_move");
+  measure_ = launcher.handle(program_, "solid_measure");
 }
 
 cl::Buffer Solid::reals(const std::vector<double>& host) {
@@ -119,6 +123,7 @@ cl::Buffer Solid::reals(const std::vector<double>& host) {
 }
 
 void Solid::build(const cl::Buffer& parameters, std::span<const Member> members) {
+  parameters_ = parameters;
   members_ = static_cast<int>(members.size());
   odd_ = 0;
   const auto& [nx, ny, nz] = grid_.cells;
@@ -206,7 +211,9 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
     state[m * state_size + Slot::damping] = scene_.mechanics->quasi_static ? 0 : damping.back();
     if (!scene_.circulation)
       for (const Mechanics::Cavity& cavity : scene_.mechanics->cavities)
-        pressures.push_back(value("cavities." + cavity.name + ".pressure_kPa"));
+        pressures.push_back(cavity.pressure == Mechanics::Cavity::Pressure::constant
+                                ? value("cavities." + cavity.name + ".pressure_kPa")
+                                : 0);
     if (!scene_.circulation) continue;
     constexpr double kPa_per_mmHg = 1 / 7.50061683;
     inflation.push_back(value("inflation.duration_ms"));
@@ -218,6 +225,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   damping_ = reals(damping);
   inflation_ = reals(inflation);
   pressures_ = reals(pressures);
+  series_ = upload_new(launcher_, std::vector<float>(members.size() * 2 * cavities * samples_,
+                                                     std::numeric_limits<float>::quiet_NaN()));
   if (scene_.circulation) return;
   const bool still = scene_.mechanics->quasi_static;
   const auto structural = [&](const char* path) { return scene_.parameters.value(path); };
@@ -343,8 +352,9 @@ void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, pressures_, loads_,
-            state_, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
+            0.0, parameters_, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
+            pressures_, loads_, state_, series_, static_cast<int>(samples_),
+            Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0}, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
@@ -501,8 +511,15 @@ void Solid::set_motion(const std::vector<double>& displacement, const std::vecto
   v_ = reals(velocity);
 }
 
-std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<double, 3>& X,
-                                             const std::vector<double>& displacement) const {
+std::vector<float> Solid::cavity_series() {
+  std::vector<float> result(static_cast<std::size_t>(members_) * 2 * scene_.mechanics->cavities.size() *
+                            samples_);
+  if (!result.empty())
+    launcher_.queue().enqueueReadBuffer(series_, CL_TRUE, 0, result.size() * sizeof(float), result.data());
+  return result;
+}
+
+Solid::Place Solid::place_of(std::size_t m, const std::array<double, 3>& X) const {
   const double h = grid_.dx_mm;
   double nearest = 1e30;
   int cell = -1;
@@ -523,16 +540,26 @@ std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<dou
       inside = at;
     }
   }
-  std::array<double, 3> result{};
-  for (int c = 0; c < 8 && cell >= 0; ++c) {
-    const auto node = static_cast<std::size_t>(
-        mesh_.cell_nodes[static_cast<std::size_t>(c) * static_cast<std::size_t>(mesh_.cells) +
-                         static_cast<std::size_t>(cell)]);
-    double weight = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) weight *= c >> axis & 1 ? inside[axis] : 1 - inside[axis];
+  Place place;
+  place.beyond_mm = std::max(0.0, nearest - 0.5) * h;
+  for (std::size_t c = 0; c < 8 && cell >= 0; ++c) {
+    place.nodes[c] =
+        mesh_.cell_nodes[c * static_cast<std::size_t>(mesh_.cells) + static_cast<std::size_t>(cell)];
+    place.weights[c] = 1;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      result[axis] += weight * displacement[axis * static_cast<std::size_t>(mesh_.nodes) + node];
+      place.weights[c] *= c >> axis & 1 ? inside[axis] : 1 - inside[axis];
   }
+  return place;
+}
+
+std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<double, 3>& X,
+                                             const std::vector<double>& displacement) const {
+  const Place place = place_of(m, X);
+  std::array<double, 3> result{};
+  for (std::size_t c = 0; c < 8; ++c)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      result[axis] += place.weights[c] * displacement[axis * static_cast<std::size_t>(mesh_.nodes) +
+                                                      static_cast<std::size_t>(place.nodes[c])];
   return result;
 }
 
