@@ -1,5 +1,5 @@
 // Total Lagrangian elastodynamics on cut cells, matrix-free, explicit in time. A step is four launches:
-//   solid_forces, cavity_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
+//   solid_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
 //   solid_predict                 velocities without the cavities' pressures, and sums over nodes by block
 //   a member's kernel             solid_load (prescribed pressures) or the coupled circulation: the pressures, the next step
 //   solid_move                    velocities with the pressures, displacements
@@ -70,14 +70,13 @@ inline real fibre_stretch(const Modes *m, global const real *restrict direction,
 // Forces (8, 3, cells) of cells on their nodes, mN. share (cells): of the cell in tissue, 0 in padding. direction (points, 3,
 // cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
 // law's states, the stretch of the step before, and the tension (kPa).
-kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+static inline void cell_forces(int i, global const real *restrict parameters, global const wide *restrict state,
                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
                          global const real *restrict share, global const uchar *restrict region,
                          global const real *restrict direction, global const real *restrict activation,
                          global real *restrict tension, global const real *restrict u,
                          global const real *restrict v, global real *restrict force, const int cells,
                          const int nodes_stride, const real h, const int odd) {
-  const int i = get_global_id(0);
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
@@ -169,14 +168,14 @@ inline real face_areas(const real3 *x, real3 w, real3 *area) {
 // faces' part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
 // open, and the weights of the field's components: none across the plane, so that a lid that moves there adds nothing.
 // item_faces (6, items): -x +x -y +y -z +z.
-kernel void cavity_forces(global const wide *restrict state, global const ushort *restrict member_of_item,
+static inline void cavity_forces(int j, global const wide *restrict state, global const ushort *restrict member_of_item,
                           global const int *restrict item_cell, global const uchar *restrict item_cavity,
                           global const real *restrict item_share, global const real *restrict item_faces,
                           global const int *restrict cell_nodes, global const real *restrict position,
                           global const real *restrict lid, global const real *restrict u,
                           global real *restrict gradient, global real *restrict volume, const int cells,
                           const int nodes_stride, const int items, const real h) {
-  const int j = get_global_id(0), i = item_cell[j];
+  const int i = item_cell[j];
   if (i < 0) return;
   const int member = member_of_item[j / SOLID_BLOCK];
   if (state[member * MEMBER_STATE + ENDED] != 0) return;
@@ -224,6 +223,29 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
       }
   }
   volume[j] = total;
+}
+
+// Both in one launch, which would be two short ones: cells first, then items.
+kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+                         global const ushort *restrict member_of, global const int *restrict cell_nodes,
+                         global const real *restrict share, global const uchar *restrict region,
+                         global const real *restrict direction, global const real *restrict activation,
+                         global real *restrict tension, global const real *restrict u,
+                         global const real *restrict v, global real *restrict force,
+                         global const ushort *restrict member_of_item, global const int *restrict item_cell,
+                         global const uchar *restrict item_cavity, global const real *restrict item_share,
+                         global const real *restrict item_faces, global const real *restrict position,
+                         global const real *restrict lid, global real *restrict gradient, global real *restrict volume,
+                         const int cells, const int nodes_stride, const int items, const real h, const int odd) {
+  const int i = get_global_id(0);
+  if (i < cells)
+    cell_forces(i, parameters, state, member_of, cell_nodes, share, region, direction, activation, tension, u, v, force,
+                cells, nodes_stride, h, odd);
+#if CAVITIES > 0
+  else
+    cavity_forces(i - cells, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes, position,
+                  lid, u, gradient, volume, cells, nodes_stride, items, h);
+#endif
 }
 
 #define TOGETHER R(1.25)
@@ -313,7 +335,8 @@ kernel void solid_measure(global const real *restrict parameters, global const w
 #ifdef GPU
   measure[SPEED_MEASURE] = largest_of_block(measure[SPEED_MEASURE], scratch);
   measure[COLLAPSE_MEASURE] = largest_of_block(measure[COLLAPSE_MEASURE], scratch);
-  measure[ENERGY_MEASURE] = sum_of_block(measure[ENERGY_MEASURE], scratch);
+  sums_of_block(measure + ENERGY_MEASURE, 1, scratch);
+  measure[ENERGY_MEASURE] = scratch[0];
   if (get_local_id(0) == 0)
 #endif
     for (int k = 0; k < CELL_MEASURES; ++k) partial[block + (size_t)k * blocks] = measure[k];
