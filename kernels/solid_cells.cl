@@ -55,15 +55,17 @@ inline real3 apply(const Columns *F, real3 v) {
 }
 
 #if TENSION
-// Stretch along the fibres of a cell: root mean square over its points.
-inline real fibre_stretch(const Modes *m, global const real *restrict direction, int i, int stride) {
-  real sum = 0;
+// Stretch along the fibres of a cell: root mean square over its points, weighted as the active stress is, so that this has an
+// energy: with other weights the stress did work in a cycle, and single cut cells shook the valves late in systole.
+inline real fibre_stretch(const Modes *m, const real *quarter, global const real *restrict direction, int i, int stride) {
+  real sum = 0, all = 0;
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(m, point_offset(g));
     const real3 Ff = apply(&F, direction_at(direction, i, stride, g));
-    sum += dot(Ff, Ff);
+    sum += quarter[g] * dot(Ff, Ff);
+    all += quarter[g];
   }
-  return sqrt(R(0.25) * sum);
+  return sqrt(sum / all);
 }
 #endif
 
@@ -90,7 +92,7 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
-  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   const real dt = S[STEP + odd];
   real since = activation[i] < 0 ? R(-1.0) : (real)(S[BEAT_TIME] - (wide)activation[i]);
   if (since < 0 && activation[i] >= 0 && S[BEAT] > 0) since += (real)S[BEAT_LENGTH];
@@ -271,7 +273,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   const real J = mean_volume_ratio(&m, quarter);
   real speed2 = 0, energy = 0;
 #if TENSION
-  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   real states[TENSION_STATES + 1];
   for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
   const real T = tension[i + (size_t)(TENSION_STATES + 1) * cells];
