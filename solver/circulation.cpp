@@ -181,8 +181,8 @@ void declare_start(Scene& scene) {
   const std::string root = "circulation.initial.";
   const bool tissue = ventricles_of_tissue(scene);
   const char* source = tissue ? "a periodic beat with ventricles of tissue" : regazzoni;
-  const std::array<double, chamber_count> volumes = {118.520, 166.177, tissue ? 31 : 87.183,
-                                                     tissue ? 42.2 : 86.833};
+  const std::array<double, chamber_count> volumes = {118.520, 166.177, tissue ? 31.6 : 87.183,
+                                                     tissue ? 34 : 86.833};
   for (std::size_t q = 0; q < chambers_of(scene); ++q)
     if (!is_tissue(scene, static_cast<Chamber>(q)))
       table.add(
@@ -191,9 +191,9 @@ void declare_start(Scene& scene) {
     table.add({root + "arterial_pressure_mmHg", "mmHg", 80, 0, 300, "pressure at the start", by_choice});
     return;
   }
-  const std::array<double, 4> pressures = tissue ? std::array<double, 4>{85, 38, 11, 8}
+  const std::array<double, 4> pressures = tissue ? std::array<double, 4>{95, 37.2, 13.8, 8.4}
                                                  : std::array<double, 4>{87.675, 35.898, 19.545, 15.004},
-                              flows = tissue ? std::array<double, 4>{70.7, 90.5, 27, -128}
+                              flows = tissue ? std::array<double, 4>{90, 109.5, 91, 139}
                                              : std::array<double, 4>{71.104, 94.039, 94.084, 473.279};
   for (std::size_t k = 0; k < 4; ++k) {
     std::string name = vessel_names[k];

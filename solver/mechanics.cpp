@@ -135,11 +135,11 @@ void declare_cavities(Scene& scene) {
   }
   const std::string inflation = root + "inflation.";
   table.add({inflation + "duration_ms", "ms", 120, 1, 1e5,
-             "from no pressure to that of the end of diastole, before the first beat",
+             "from no pressure to that of the first beat's begin",
              "measured: 20 to 40 ms jolt"});
   table.add({inflation + "damping_per_ms", "1/ms", 0.15, 0, 100, "damping of the mass meanwhile", measured});
   for (const Mechanics::Cavity& cavity : mechanics.cavities) {
-    constexpr double left = 8.7, right = 3.8;
+    constexpr double left = 4.2, right = 1.5;  // where a periodic beat begins, before the atria contract
     table.add({inflation + cavity.name + "_pressure_mmHg", "mmHg",
                cavity.name.starts_with("r") ? right : left, 0, 200, "pressure to which it is inflated",
                measured});
