@@ -258,15 +258,16 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   if (scene_.circulation && recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
   if (status.ended == HeartEnd::unstable)
     return fail(Outcome::unstable, static_cast<double>(status.ended_ms), instability(scene_, status));
-  if (scene_.beats && !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
+  if (scene_.beats && most_beats(scene_) > 1 &&
+      !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));
   std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
   if (!features.empty()) {
     features.insert(features.end(), {static_cast<float>(status.beats), status.difference});
     if (!tissue.empty())
-      features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg, status.apart_mL,
-                                       static_cast<float>(tissue[Solid::smallest_J])});
+      features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg,
+                                       status.apart_mL, static_cast<float>(tissue[Solid::smallest_J])});
   }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()
 }

@@ -97,7 +97,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   }
   parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"}) parts.emplace_back(file);
+  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
+    parts.emplace_back(file);
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
@@ -328,9 +329,10 @@ void Solid::forces(const cl::Buffer& parameters) {
   launcher_(forces_, cl::NDRange(cells + items), cl::NDRange(SolidMesh::block),
             static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)) +
                 static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
-            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_, tension_, u_,
-            v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_, position_, lid_,
-            gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm}, odd_);
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_,
+            tension_, u_, v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_,
+            position_, lid_, gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm},
+            odd_);
 }
 
 void Solid::predict() {
@@ -350,7 +352,8 @@ void Solid::load(bool measured) {
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
             0.0, parameters_, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
             pressures_, loads_, state_, series_, static_cast<int>(samples_),
-            Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0}, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
+            Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0},
+            mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 

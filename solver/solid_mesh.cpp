@@ -198,8 +198,8 @@ class MemberMesh {
     mesh.item_blocks.push_back(mesh.items / SolidMesh::block);
   }
 
-  /// The plane in which a cavity's blood meets what is neither tissue nor its own: the axis across it, -1 where
-  /// there is none.
+  /// The plane in which a cavity's blood meets what is neither tissue nor its own: the axis across it, -1
+  /// where there is none.
   int find_lid(std::size_t q, std::array<double, 3>& lid) {
     const int k = cavity_void_[q];
     int axis = -1, coordinate = 0;
@@ -335,10 +335,11 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
       const int cell = first + static_cast<int>(k / 8), corner = static_cast<int>(k % 8), node = list[k];
       at(mesh.cell_nodes, corner, mesh.cells, cell) = node;
       at(mesh.corners, corner, mesh.nodes, node) = cell;
-      mass[static_cast<std::size_t>(node)] +=
-0.03125 * volume *
-          (std::max(at(mesh.share, 0, mesh.cells, cell), floor) + std::max(at(mesh.share, 1, mesh.cells, cell), floor) +
-           std::max(at(mesh.share, 2, mesh.cells, cell), floor) + std::max(at(mesh.share, 3, mesh.cells, cell), floor));
+      mass[static_cast<std::size_t>(node)] += 0.03125 * volume *
+                                              (std::max(at(mesh.share, 0, mesh.cells, cell), floor) +
+                                               std::max(at(mesh.share, 1, mesh.cells, cell), floor) +
+                                               std::max(at(mesh.share, 2, mesh.cells, cell), floor) +
+                                               std::max(at(mesh.share, 3, mesh.cells, cell), floor));
     }
   mesh.inverse_mass.resize(nodes);
   mesh.position.assign(3 * nodes, 0);

@@ -19,7 +19,12 @@ OTHERWISE = {
     "reentry": ["grid.dx_mm=2"],
     "restitution": ["grid.dx_mm=0.5"],
 }
-INSTEAD = {"circulation": ["time.beats.at_most=3", "campaign.members=2"]}  # no tissue, no grid
+ONE_BEAT = ["grid.dx_mm=6", "time.beats.at_most=1", "campaign.members=2"]
+INSTEAD = {
+    "circulation": ["time.beats.at_most=3", "campaign.members=2"],  # no tissue, no grid
+    "heart": ONE_BEAT,
+    "demo": ONE_BEAT,
+}
 DONE = 3
 
 

@@ -45,7 +45,7 @@ def main(cohort, source):
             (folder / tool).chmod(0o755)
         store, requeued = folder / "demo.h5", folder / "requeued"
         environment = dict(os.environ, PATH=f"{folder}:{os.environ['PATH']}", COHORT=cohort, SLURM_JOB_ID="17")
-        script = [f"{source}/jobs/campaign.slurm", f"{source}/configs/demo.yaml", "--store", str(store), "--device", "cpu",
+        script = [f"{source}/jobs/campaign.slurm", f"{source}/configs/ecg_campaign.yaml", "--store", str(store), "--device", "cpu",
                   "--set", "grid.dx_mm=6", "--set", "time.end_ms=100", "--set", "campaign.members=12"]
 
         def start():

@@ -34,7 +34,7 @@ class ReadsTheProgramsFile(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp())
         cls.addClassCleanup(shutil.rmtree, cls.folder)
-        run(cls.folder, "demo.yaml", "grid.dx_mm=6", "time.end_ms=60", f"campaign.members={MEMBERS}")
+        run(cls.folder, "ecg_campaign.yaml", "grid.dx_mm=6", "time.end_ms=60", f"campaign.members={MEMBERS}", "store=demo.h5")
         cls.path = cls.folder / "demo.h5"
 
     def setUp(self):

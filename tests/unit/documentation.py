@@ -65,7 +65,7 @@ class Documentation(unittest.TestCase):
         cls.campaign.write_text(blocks((SOURCE / "README.md").read_text(), "yaml")[0])
 
     def test_the_first_campaign_is_the_default_heart(self):
-        ours, default = values(str(self.campaign)), values("configs/heart.yaml")
+        ours, default = values(str(self.campaign)), values("configs/ecg.yaml")
         self.assertEqual(len(default) - len(ours), 4)
         self.assertEqual(ours, {path: default[path] for path in ours})
 

@@ -96,7 +96,7 @@ TEST(Plan, AForwardEcgTakesATimeLoop) {
 
 // What `make_plan` says of a campaign's own values on the log.
 std::string warnings_of(const std::vector<std::string>& overrides) {
-  const Campaign campaign = campaign_of("heart.yaml", overrides);
+  const Campaign campaign = campaign_of("ecg.yaml", overrides);
   std::ostringstream log;
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(
@@ -135,7 +135,7 @@ TEST(Plan, WarnsOfConductivitiesThatNothingReads) {
 TEST(Plan, RefusesLayersThatCross) {
   const std::string layers = "electrophysiology.heterogeneity.";
   const auto plan = [&](double until, double from, size_t crossing) {
-    const Campaign campaign = campaign_of("heart.yaml", {"grid.dx_mm=4", "torso.dx_mm=20"});
+    const Campaign campaign = campaign_of("ecg.yaml", {"grid.dx_mm=4", "torso.dx_mm=20"});
     std::vector<Member> members;
     for (size_t m = 0; m < 2; ++m) {
       members.push_back({static_cast<std::int64_t>(m), campaign.scene.parameters.values()});

@@ -12,13 +12,13 @@
 namespace cohort::test {
 namespace {
 
-// (leads, samples) mV of the heart of configs/heart.yaml, coarse, in a torso a little smaller.
+// (leads, samples) mV of the heart of configs/ecg.yaml, coarse, in a torso a little smaller.
 std::vector<float> ecg(const std::string& method, double torso_dx_mm, std::size_t& samples) {
   const auto number = [](const char* key, double value) {
     return key + std::string("=") + std::to_string(value);
   };
   const Campaign campaign = read_campaign(
-      COHORT_SOURCE_DIR "/configs/heart.yaml",
+      COHORT_SOURCE_DIR "/configs/ecg.yaml",
       {"grid.dx_mm=3", "time.end_ms=600", "scene.electrophysiology.activation=reaction_eikonal",
        "outputs.ecg.rate_hz=200", "torso.half_width_mm=140", "torso.half_depth_mm=120", "torso.lower_mm=-160",
        "torso.upper_mm=150", "outputs.ecg.method=" + method, number("torso.dx_mm", torso_dx_mm)});

@@ -1,4 +1,4 @@
-// The heart of configs/heart.yaml: its 12-lead ECG against what is normal in healthy adults, and its bundle
+// The heart of configs/ecg.yaml: its 12-lead ECG against what is normal in healthy adults, and its bundle
 // branch blocks against their textbook criteria (tests/reference/physiology_ecg.yaml).
 #include <yaml-cpp/yaml.h>
 
@@ -57,7 +57,7 @@ struct Heart {
 };
 
 Heart simulate(std::vector<std::string> changes) {
-  const Campaign campaign = read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml", changes);
+  const Campaign campaign = read_campaign(COHORT_SOURCE_DIR "/configs/ecg.yaml", changes);
   Member member{0, campaign.scene.parameters.values()};
   campaign.scene.parameters.resolve(member.values);
   const Plan plan = make_plan(device(), campaign.scene, {&member, 1}, {});

@@ -131,7 +131,7 @@ TEST(LabelMaps, AnAnisotropicRotatedFlippedMapLandsInItsPlace) {
   }
 }
 
-/// The schematic heart as in configs/heart.yaml, its ventricles paced, so that no delay of the conduction
+/// The schematic heart as in configs/ecg.yaml, its ventricles paced, so that no delay of the conduction
 /// path enters.
 struct Schematic {
   static constexpr double dx = 2;
@@ -211,7 +211,7 @@ TEST(LabelMaps, AHeartThatIsWrittenAndReadBackHasTheSameEcg) {
 // What is lost: distances to a surface of voxels scatter by 0.04 mm, blood where it ends in a sharp edge,
 // where the right ventricle's wall meets the septum.
 TEST(LabelMaps, TheDefaultHeartsBeatIsTheSame) {
-  const Scene scene = read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml").scene;
+  const Scene scene = read_campaign(COHORT_SOURCE_DIR "/configs/ecg.yaml").scene;
   Scene back = read_campaign(COHORT_SOURCE_DIR "/configs/labels.yaml").scene;
   const auto image = through_file(exported(scene, 0.5));
   back.labels = std::make_shared<LabelHeart>(image, "test", "cohort", label_table("cohort"), std::nullopt);
