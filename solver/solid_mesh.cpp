@@ -167,7 +167,6 @@ class MemberMesh {
   void append_cavity(SolidMesh& mesh, std::size_t q) {
     const int k = cavity_void_[q];
     std::array<double, 3> lid{};
-    for (std::size_t axis = 0; axis < 3; ++axis) lid[axis] = origin_[axis] + 0.5 * h_ * n_[axis];
     const int across = find_lid(q, lid);
     mesh.lid.insert(mesh.lid.end(), lid.begin(), lid.end());
     for (int axis = 0; axis < 3; ++axis)
@@ -203,11 +202,13 @@ class MemberMesh {
   int find_lid(std::size_t q, std::array<double, 3>& lid) {
     const int k = cavity_void_[q];
     int axis = -1, coordinate = 0;
-    bool blood = false;
+    std::int64_t blood = 0;
+    std::array<std::int64_t, 3> sum{};
     for (std::size_t cell = 0; cell < cells_ && defect_.empty(); ++cell) {
       if (local_[cell] >= 0 || void_weight(cell, k) < 0.5) continue;
-      blood = true;
+      ++blood;
       const Index3 c = index(cell);
+      for (std::size_t a = 0; a < 3; ++a) sum[a] += c[a];
       neighbours(cell, [&](int face, std::size_t next) {
         if (local_[next] >= 0 || void_weight(next, k) >= 0.5) return;
         const int a = face / 2, at = c[static_cast<std::size_t>(a)] + face % 2;
@@ -220,11 +221,12 @@ class MemberMesh {
                   "\" is not closed: tissue and one plane along the grid do not enclose it";
       });
     }
-    if (axis >= 0) {
-      const auto a = static_cast<std::size_t>(axis);
-      lid[a] = origin_[a] + h_ * coordinate;
-    }
-    if (!blood && defect_.empty())
+    // Along the plane the vertex at the blood's middle: a place of the cavity, wherever the grid begins.
+    for (std::size_t a = 0; a < 3; ++a)
+      lid[a] = origin_[a] + h_ * static_cast<double>(static_cast<int>(a) == axis ? coordinate
+                                                     : blood > 0                 ? sum[a] / blood
+                                                                                 : 0);
+    if (blood == 0 && defect_.empty())
       defect_ = "the cavity \"" + scene_.mechanics->cavities[q].name + "\" holds no cell";
     return axis;
   }
