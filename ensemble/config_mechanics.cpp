@@ -110,6 +110,20 @@ void read_cavities(Node& node, const Scene& scene, Mechanics& mechanics, Mistake
       mistakes.add(entry.place, fmt::format("\"shape\" is missing in {}: the shape that the cavity fills",
                                             entry.value.path));
     }
+    if (Node* pressure = take(entry.value, "pressure")) {
+      using Pressure = Mechanics::Cavity::Pressure;
+      cavity.pressure =
+          read_word<Pressure>(*pressure, {{"constant", Pressure::constant}, {"bestel", Pressure::bestel}},
+                              cavity.pressure, mistakes);
+      if (scene.circulation)
+        mistakes.add(pressure->place,
+                     fmt::format("{} is that of the circulation; write circulation: none", pressure->path));
+      else if (cavity.pressure == Pressure::bestel && mechanics.tension != "bestel")
+        mistakes.add(pressure->place,
+                     fmt::format("{}: bestel shares its numbers with the active tension; write "
+                                 "mechanics.tension: bestel",
+                                 pressure->path));
+    }
     mechanics.cavities.push_back(std::move(cavity));
   }
 }

@@ -78,7 +78,8 @@ std::string loads(const Scene& scene) {
     text += fmt::format("mechanics law {} tension \"{}\"{}\n", mechanics.law, mechanics.tension,
                         mechanics.quasi_static ? " quasi-static" : "");
     for (const Mechanics::Cavity& cavity : mechanics.cavities)
-      text += fmt::format("cavity {} \"{}\"\n", cavity.name, cavity.shape);
+      text += fmt::format("cavity {} \"{}\"{}\n", cavity.name, cavity.shape,
+                          word(cavity.pressure, {"", " bestel"}));
     for (const Mechanics::Boundary& condition : mechanics.boundary)
       text += fmt::format("boundary {} of {} {}\n", condition.name, condition.surface,
                           word(condition.kind, {"clamp", "clamp normal", "spring", "spring normal"}));

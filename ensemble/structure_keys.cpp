@@ -88,6 +88,8 @@ const std::vector<StructureKey>& structure_keys() {
       {"mechanics.cavities", "list of chambers, or map of NAME: map", "[lv, rv] of the heart",
        "blood within the tissue: `lv`, `rv`, `la`, `ra` of the heart; of shapes by name"},
       {"mechanics.cavities.NAME.shape", "NAME", "required", "the shape that it fills"},
+      {"mechanics.cavities.NAME.pressure", "`constant`, `bestel`", "`constant`",
+       "without a circulation: a number, or by the equation of the tension `bestel`"},
       {"mechanics.boundary", "map of NAME: map", "`base`, `base_ring`, `epicardium` of the heart",
        "conditions on surfaces; `{}`: none"},
       {"mechanics.boundary.NAME.surface", "NAME", "required",

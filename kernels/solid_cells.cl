@@ -1,13 +1,19 @@
 // Total Lagrangian elastodynamics on cut cells, matrix-free, explicit in time. A step is four launches:
-//   solid_forces, cavity_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
+//   solid_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
 //   solid_predict                 velocities without the cavities' pressures, and sums over nodes by block
 //   a member's kernel             solid_load (prescribed pressures) or the coupled circulation: the pressures, the next step
 //   solid_move                    velocities with the pressures, displacements
 // Element, cut cells, pressure through the cavity's fraction: solver/README.md. The mean-dilatation pressure: Simo, Taylor &
 // Pister, Comput. Methods Appl. Mech. Eng. 51 (1985), with one pressure a cell and U = kappa/2 (J - 1)^2.
-// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR.
+// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR; -D VISCOUS where some tissue is.
 #if !defined(PARAMETERS) || !defined(MASS_FLOOR)
 #error "solid.cl needs PARAMETERS, MASS_FLOOR"
+#endif
+
+// The law's own energy of a change of volume, else kappa/2 (J - 1)^2.
+#ifndef LAW_PRESSURE
+inline real law_pressure(real J, real kappa) { return kappa * (J - 1); }
+inline real law_volume_energy(real J, real kappa) { return R(0.5) * kappa * (J - 1) * (J - 1); }
 #endif
 
 inline void load_nodes(global const int *restrict cell_nodes, int i, int stride, int *nodes) {
@@ -49,29 +55,30 @@ inline real3 apply(const Columns *F, real3 v) {
 }
 
 #if TENSION
-// Stretch along the fibres of a cell: root mean square over its points.
-inline real fibre_stretch(const Modes *m, global const real *restrict direction, int i, int stride) {
-  real sum = 0;
+// Stretch along the fibres of a cell: root mean square over its points, weighted as the active stress is, so that this has an
+// energy: with other weights the stress did work in a cycle, and single cut cells shook the valves late in systole.
+inline real fibre_stretch(const Modes *m, const real *quarter, global const real *restrict direction, int i, int stride) {
+  real sum = 0, all = 0;
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(m, point_offset(g));
     const real3 Ff = apply(&F, direction_at(direction, i, stride, g));
-    sum += dot(Ff, Ff);
+    sum += quarter[g] * dot(Ff, Ff);
+    all += quarter[g];
   }
-  return sqrt(R(0.25) * sum);
+  return sqrt(sum / all);
 }
 #endif
 
 // Forces (8, 3, cells) of cells on their nodes, mN. share (cells): of the cell in tissue, 0 in padding. direction (points, 3,
 // cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
 // law's states, the stretch of the step before, and the tension (kPa).
-kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+static inline void cell_forces(int i, global const real *restrict parameters, global const wide *restrict state,
                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
                          global const real *restrict share, global const uchar *restrict region,
                          global const real *restrict direction, global const real *restrict activation,
                          global real *restrict tension, global const real *restrict u,
                          global const real *restrict v, global real *restrict force, const int cells,
                          const int nodes_stride, const real h, const int odd) {
-  const int i = get_global_id(0);
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
@@ -83,9 +90,9 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
-  const real pressure = M[M_bulk_modulus_kPa] * (mean_volume_ratio(&m, quarter) - R(1.0));
+  const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
-  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   const real dt = S[STEP + odd];
   real since = activation[i] < 0 ? R(-1.0) : (real)(S[BEAT_TIME] - (wide)activation[i]);
   if (since < 0 && activation[i] >= 0 && S[BEAT] > 0) since += (real)S[BEAT_LENGTH];
@@ -163,14 +170,14 @@ inline real face_areas(const real3 *x, real3 w, real3 *area) {
 // faces' part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
 // open, and the weights of the field's components: none across the plane, so that a lid that moves there adds nothing.
 // item_faces (6, items): -x +x -y +y -z +z.
-kernel void cavity_forces(global const wide *restrict state, global const ushort *restrict member_of_item,
+static inline void cavity_forces(int j, global const wide *restrict state, global const ushort *restrict member_of_item,
                           global const int *restrict item_cell, global const uchar *restrict item_cavity,
                           global const real *restrict item_share, global const real *restrict item_faces,
                           global const int *restrict cell_nodes, global const real *restrict position,
                           global const real *restrict lid, global const real *restrict u,
                           global real *restrict gradient, global real *restrict volume, const int cells,
                           const int nodes_stride, const int items, const real h) {
-  const int j = get_global_id(0), i = item_cell[j];
+  const int i = item_cell[j];
   if (i < 0) return;
   const int member = member_of_item[j / SOLID_BLOCK];
   if (state[member * MEMBER_STATE + ENDED] != 0) return;
@@ -220,6 +227,31 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
   volume[j] = total;
 }
 
+// Both in one launch, which would be two short ones: cells first, then items.
+kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+                         global const ushort *restrict member_of, global const int *restrict cell_nodes,
+                         global const real *restrict share, global const uchar *restrict region,
+                         global const real *restrict direction, global const real *restrict activation,
+                         global real *restrict tension, global const real *restrict u,
+                         global const real *restrict v, global real *restrict force,
+                         global const ushort *restrict member_of_item, global const int *restrict item_cell,
+                         global const uchar *restrict item_cavity, global const real *restrict item_share,
+                         global const real *restrict item_faces, global const real *restrict position,
+                         global const real *restrict lid, global real *restrict gradient, global real *restrict volume,
+                         const int cells, const int nodes_stride, const int items, const real h, const int odd) {
+  const int i = get_global_id(0);
+  if (i < cells)
+    cell_forces(i, parameters, state, member_of, cell_nodes, share, region, direction, activation, tension, u, v, force,
+                cells, nodes_stride, h, odd);
+#if CAVITIES > 0
+  else
+    cavity_forces(i - cells, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes, position,
+                  lid, u, gradient, volume, cells, nodes_stride, items, h);
+#endif
+}
+
+#define TOGETHER R(1.25)
+
 // By block of cells (3, blocks): largest square of a wave's speed per unit of h (mm2/ms2), -(smallest mean volume ratio), strain
 // energy (uJ).
 #define SPEED_MEASURE 0
@@ -241,7 +273,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   const real J = mean_volume_ratio(&m, quarter);
   real speed2 = 0, energy = 0;
 #if TENSION
-  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   real states[TENSION_STATES + 1];
   for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
   const real T = tension[i + (size_t)(TENSION_STATES + 1) * cells];
@@ -258,14 +290,24 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
     const symmetric S = law_stress(C, Jg, f, s, M);
-    const real bulk = M[M_bulk_modulus_kPa] * fmax(sym_largest(sym_cofactor(C)), R(0.0));
-    real stiffness = bulk + law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
+    // Of one cell: the mean pressure's stiffness is rank one, 4 kappa |cof F|^2 / (rho h^2) with the Frobenius norm (3 at rest);
+    // of the law, m (x) N alone is bounded, and several act at once.
+    real stiffness = M[M_bulk_modulus_kPa] * (dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z)) +
+                     TOGETHER * law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
 #if TENSION
-    stiffness += active;
+    stiffness += TOGETHER * active;
 #endif
-    speed2 = fmax(speed2, stiffness / density);
+    real square = stiffness / density;
+#ifdef VISCOUS
+    // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
+    // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).
+    const real per_h = M[M_viscosity_kPa_ms] * sym_largest(C) / (density * h);
+    const real speed = per_h + sqrt(square + per_h * per_h);
+    square = speed * speed;
+#endif
+    speed2 = fmax(speed2, square);
     energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
-              (law_energy(C, Jg, f, s, M) + R(0.5) * M[M_bulk_modulus_kPa] * (J - 1) * (J - 1));
+              (law_energy(C, Jg, f, s, M) + law_volume_energy(J, M[M_bulk_modulus_kPa]));
   }
   measure[SPEED_MEASURE] = fmax(measure[SPEED_MEASURE], speed2);
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
@@ -295,7 +337,8 @@ kernel void solid_measure(global const real *restrict parameters, global const w
 #ifdef GPU
   measure[SPEED_MEASURE] = largest_of_block(measure[SPEED_MEASURE], scratch);
   measure[COLLAPSE_MEASURE] = largest_of_block(measure[COLLAPSE_MEASURE], scratch);
-  measure[ENERGY_MEASURE] = sum_of_block(measure[ENERGY_MEASURE], scratch);
+  sums_of_block(measure + ENERGY_MEASURE, 1, scratch);
+  measure[ENERGY_MEASURE] = scratch[0];
   if (get_local_id(0) == 0)
 #endif
     for (int k = 0; k < CELL_MEASURES; ++k) partial[block + (size_t)k * blocks] = measure[k];

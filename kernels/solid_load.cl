@@ -1,21 +1,44 @@
-// The member's kernel for prescribed pressures. Needs solid_nodes.cl, solid_cells.cl.
+// The member's kernel for prescribed pressures. Needs solid_nodes.cl, solid_cells.cl, and from the host
+//   DRIVEN_CAVITIES         whether a cavity's pressure follows the equation of the active tension (bestel_pressure_step)
+//   driven_cavity[]         which
+//   MATERIAL_OF_SCENE       place of the block M that holds the equation's numbers
 
 #define FEWEST_STEPS_TO_HALT 5
 
+// Samples of cavities on the stretch of `length` ms that ends at `time`, straight between its ends. last: nothing follows; what is
+// left takes the end's values. series (2, CAVITIES, samples) of the member.
+inline void take_cavity_samples(global wide *S, const wide *volumes, wide time, wide length, wide interval, bool last, int samples,
+                                global float *series) {
+  int k = (int)S[NEXT_SAMPLE];
+  for (; k < samples; ++k) {
+    const wide share = length > 0 ? 1 + (k * interval - time) / length : 1;
+    if (!last && !(share < 1 - (wide)1e-6f)) break;
+    for (int q = 0; q < CAVITIES; ++q) {
+      const wide part = fmin(share, (wide)1);
+      const wide kPa = S[LAST_PRESSURE + q] + part * (S[FIRST_PRESSURE + q] - S[LAST_PRESSURE + q]);
+      const wide mm3 = S[FIRST_VOLUME + q] + part * (volumes[q] - S[FIRST_VOLUME + q]);
+      series[q * samples + k] = (float)(kPa * MMHG_PER_KPA);
+      series[(CAVITIES + q) * samples + k] = (float)(mm3 / 1000);
+    }
+  }
+  S[NEXT_SAMPLE] = k;
+}
+
 // A member under prescribed pressures: one work-group (a work-item on CPUs) each. node_blocks, cell_blocks, item_blocks
 // (members + 1): first blocks of its nodes, cells and, by cavity, items (members * CAVITIES + 1).
-// loads: (ramp ms, end ms, tolerance of the residual, 1 when quasi-static). pressures (members, CAVITIES): kPa.
-kernel void solid_load(global const real *restrict partial, global const real *restrict measures,
+// loads: (ramp ms, end ms, tolerance of the residual, 1 when quasi-static). pressures (members, CAVITIES): kPa, of cavities
+// that are not driven. series (members, 2, CAVITIES, samples): pressures (mmHg) and volumes (mL), every `interval` ms; of what
+// is quasi-static one sample, at rest.
+kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict measures,
                        global const real *restrict volume, global const int *restrict node_blocks,
                        global const int *restrict cell_blocks, global const int *restrict item_blocks,
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
-                       const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
+                       global float *restrict series, const int samples, const real interval, const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
                        const real courant, const int odd) {
+  MEMBER_SCRATCH(scratch, 1);
 #ifdef GPU
-  local wide scratch[MEMBER_GROUP];
   const int member = get_group_id(0), item = get_local_id(0);
 #else
-  local wide *scratch = 0;
   const int member = get_global_id(0), item = 0;
 #endif
   global wide *S = state + member * MEMBER_STATE;
@@ -50,13 +73,25 @@ kernel void solid_load(global const real *restrict partial, global const real *r
   if (still && full && residual < loads.z) S[ENDED] = TISSUE_SETTLED;
   if (!isfinite((real)kinetic) || !isfinite((real)free_force)) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
+  if (time + dt >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;
+  const bool settled = S[ENDED] == TISSUE_SETTLED;
+  global float *own_series = series + (size_t)member * 2 * CAVITIES * samples;
+  if (!still || settled)
+    take_cavity_samples(S, volumes, time, still ? 0 : S[STEP + 1 - odd], interval, settled, samples, own_series);
   S[TIME] = S[BEAT_TIME] = time + dt;
   S[LOAD] = S[TIME] < ramp ? S[TIME] / ramp : 1;
   for (int q = 0; q < CAVITIES; ++q) {
     S[FIRST_VOLUME + q] = volumes[q];
+    S[LAST_PRESSURE + q] = S[FIRST_PRESSURE + q];
+#if DRIVEN_CAVITIES
+    if (driven_cavity[q]) {
+      S[FIRST_PRESSURE + q] = bestel_pressure_step(S[FIRST_PRESSURE + q], S[TIME], dt,
+                                                   parameters + (size_t)member * PARAMETERS + MATERIAL_OF_SCENE);
+      continue;
+    }
+#endif
     S[FIRST_PRESSURE + q] = S[LOAD] * pressures[member * CAVITIES + q];
   }
   S[STEPS_DONE] += 1;
   S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], (wide)1.02 * dt) : S[LARGEST_STEP];
-  if (S[TIME] >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;
 }

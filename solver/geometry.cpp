@@ -70,7 +70,7 @@ void declare_geometry(Scene& scene) {
 std::vector<std::string> geometry_files(const Scene& scene) {
   switch (scene.geometry) {
     case GeometryKind::box:
-      return {"signed_distance.clh", "geometry_box.clh"};
+      return {"signed_distance.clh", "fibres.clh", "geometry_box.clh"};
     case GeometryKind::heart:
       return {"signed_distance.clh", "fibres.clh", "geometry_heart.clh"};
     case GeometryKind::shapes:

@@ -102,7 +102,9 @@ Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
   if (scene.circulation) circulation_.emplace(launcher, scene, plan.members_per_device, samples_);
   if (scene.mechanics) {
     const Grid grid = solid_grid(scene, plan);
-    solid_.emplace(launcher, scene, scene_definitions(scene, grid), grid, plan.members_per_device);
+    solid_.emplace(launcher, scene, scene_definitions(scene, grid), grid, plan.members_per_device,
+                   plan.viscous);
+    if (scene.displacement) points_.emplace(launcher, scene, *solid_);
   }
 }
 
@@ -140,8 +142,10 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
     std::vector<std::size_t> sound;
     std::vector<Member> moving;
     for (std::size_t k = 0; k < beating.size(); ++k) {
-      if (!solid_->defect(k).empty()) {
-        reject(recordings[beating[k]], solid_->defect(k));
+      std::string why = solid_->defect(k);
+      if (why.empty() && points_) why = points_->defect(*solid_, k);
+      if (!why.empty()) {
+        reject(recordings[beating[k]], why);
         continue;
       }
       sound.push_back(beating[k]);
@@ -154,6 +158,7 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
       upload(own);
       solid_->build(parameters_, own);
     }
+    if (points_) points_->begin(*solid_, beating.size());
     if (excitation && excitation->eikonal)
       solid_->activate(solid_activation(
           *solid_, excitation->tissue,
@@ -163,13 +168,26 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
   const bool late = solid_ ? beat_tissue(start, timeout_s) : beat_alone(start, timeout_s);
   const double share_s = seconds_since(start) / static_cast<double>(beating.size());
   std::vector<HeartStatus> status(beating.size());
-  std::vector<float> pressure, volume;
+  // Of the batch: (members, ...) each.
+  std::vector<float> pressure, volume, displacement;
   if (circulation_) {
     status = circulation_->status();
     pressure = circulation_->pressure();
     volume = circulation_->volume();
+  } else if (solid_) {
+    const std::vector<float> both = solid_->cavity_series();
+    const auto half = static_cast<std::ptrdiff_t>(both.size() / beating.size() / 2);
+    for (auto it = both.begin(); it != both.end(); it += 2 * half) {
+      pressure.insert(pressure.end(), it, it + half);
+      volume.insert(volume.end(), it + half, it + 2 * half);
+    }
   }
-  const std::size_t row = pressure.size() / beating.size();
+  if (points_) displacement = points_->series();
+  const auto keep = [&](const std::vector<float>& all, std::size_t k, std::vector<float>& own_series) {
+    const std::size_t row = all.size() / beating.size();
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(k * row);
+    own_series.assign(first, first + static_cast<std::ptrdiff_t>(row));
+  };
   const std::vector<double> state = solid_ ? solid_->state() : std::vector<double>();
   for (std::size_t k = 0; k < beating.size(); ++k) {
     Recording& recording = recordings[beating[k]];
@@ -178,8 +196,10 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
         solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size)
                : std::span<const double>();
     simulated_ms_ += tissue.empty() ? static_cast<double>(status[k].ended_ms) : tissue[Solid::time];
-    store(own[k], k, late, status[k], tissue, std::span(pressure).subspan(k * row, row),
-          std::span(volume).subspan(k * row, row), recording);
+    keep(pressure, k, recording.pressure);
+    keep(volume, k, recording.volume);
+    keep(displacement, k, recording.displacement);
+    store(own[k], k, late, status[k], tissue, recording);
   }
 }
 
@@ -209,6 +229,7 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
     else
       solid.load(measured);
     solid.move();
+    if (points_) points_->sample(solid);
     if ((step + 1) % steps_per_look != 0) {
       if (step % steps_per_measure == 0) launcher_.queue().flush();
       continue;
@@ -224,21 +245,19 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
 }
 
 void Heartbeat::store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
-                      std::span<const double> tissue, std::span<const float> pressure,
-                      std::span<const float> volume, Recording& recording) {
+                      std::span<const double> tissue, Recording& recording) {
   const auto fail = [&](Outcome outcome, double time_ms, const std::string& reason) {
     recording.outcome = outcome;
     recording.failed_at_ms = time_ms;
     recording.reason = reason;
   };
-  recording.pressure.assign(pressure.begin(), pressure.end());
-  recording.volume.assign(volume.begin(), volume.end());
   if (!tissue.empty()) {
     recording.dt_ms = tissue[Solid::largest_step];
     auto end = static_cast<SolidEnd>(static_cast<int>(tissue[Solid::ended]));
     // The last steps are behind the last look at the cells.
-    if (end == SolidEnd::settled && !(solid_->worst_cell(k).second > smallest_volume_ratio))
-      end = SolidEnd::inverted;
+    if (const double least = end == SolidEnd::settled ? solid_->worst_cell(k).second : 1;
+        !(least > smallest_volume_ratio))
+      end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
       return fail(Outcome::unstable, tissue[Solid::time], solid_->failure(k, end));
     if (end == SolidEnd::moves && late)
@@ -247,8 +266,7 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
     return fail(Outcome::timeout, status.beats * beat_ms(scene_),
                 "not finished in the time that a member has");
   }
-  if (!scene_.circulation) return;
-  if (recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
+  if (scene_.circulation && recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
   if (status.ended == HeartEnd::unstable)
     return fail(Outcome::unstable, static_cast<double>(status.ended_ms), instability(scene_, status));
   if (scene_.beats && !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
@@ -258,8 +276,8 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   if (!features.empty()) {
     features.insert(features.end(), {static_cast<float>(status.beats), status.difference});
     if (!tissue.empty())
-      features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg, status.apart_mL,
-                                       static_cast<float>(tissue[Solid::smallest_J])});
+      features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg,
+                                       status.apart_mL, static_cast<float>(tissue[Solid::smallest_J])});
   }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()
 }

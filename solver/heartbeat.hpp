@@ -7,7 +7,7 @@
 #include "solver/excitation.hpp"
 #include "solver/lumped_circulation.hpp"
 #include "solver/simulation.hpp"
-#include "solver/solid.hpp"
+#include "solver/solid_points.hpp"
 
 namespace cohort {
 
@@ -40,14 +40,14 @@ class Heartbeat {
   bool beat_alone(Clock::time_point start, double timeout_s);
   bool beat_tissue(Clock::time_point start, double timeout_s);
   void store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
-             std::span<const double> tissue, std::span<const float> pressure, std::span<const float> volume,
-             Recording& recording);
+             std::span<const double> tissue, Recording& recording);
 
   Launcher& launcher_;
   const Scene& scene_;
   std::size_t samples_;
   std::optional<LumpedCirculation> circulation_;
   std::optional<Solid> solid_;
+  std::optional<SolidPoints> points_;
   cl::Buffer parameters_;
   double simulated_ms_ = 0;
 };

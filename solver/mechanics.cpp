@@ -123,9 +123,14 @@ void declare_cavities(Scene& scene) {
   ParameterTable& table = scene.parameters;
   if (mechanics.cavities.empty()) return;
   if (!scene.circulation) {
-    for (const Mechanics::Cavity& cavity : mechanics.cavities)
-      table.add({root + "cavities." + cavity.name + ".pressure_kPa", "kPa", 0, -1e4, 1e4,
-                 "pressure in the cavity, on its deformed surface", "the scene"});
+    for (const Mechanics::Cavity& cavity : mechanics.cavities) {
+      if (cavity.pressure == Mechanics::Cavity::Pressure::constant)
+        table.add({root + "cavities." + cavity.name + ".pressure_kPa", "kPa", 0, -1e4, 1e4,
+                   "pressure in the cavity, on its deformed surface", "the scene"});
+      else if (mechanics.tension != "bestel")
+        throw std::invalid_argument(root + "cavities." + cavity.name +
+                                    ".pressure: bestel shares its numbers with the tension bestel");
+    }
     return;
   }
   const std::string inflation = root + "inflation.";
@@ -215,9 +220,29 @@ MechanicsText mechanics_text(const Scene& scene) {
     text.generated +=
         std::to_string(scene.parameters.find(root + "regions." + region.name + "." + first)) + ", ";
   text.generated += "};\n";
+  bool driven = false;
+  std::string which;
+  for (const Mechanics::Cavity& cavity : mechanics.cavities) {
+    const bool own = cavity.pressure == Mechanics::Cavity::Pressure::bestel;
+    driven = driven || own;
+    which += own ? "1, " : "0, ";
+  }
+  define("DRIVEN_CAVITIES", driven);
+  if (driven) {
+    text.generated += "constant int driven_cavity[] = {" + which + "};\n";
+    define("MATERIAL_OF_SCENE", scene.parameters.index(root + mechanics.law + "." + first));
+  }
   text.files = {"symmetric.clh", "laws.clh", "laws/" + mechanics.law + ".cl"};
   if (active) text.files.insert(text.files.end(), {"tension.clh", "tension/" + mechanics.tension + ".cl"});
   return text;
+}
+
+bool viscous(const Scene& scene, std::span<const double> values) {
+  for (const Region& region : scene.regions) {
+    const int place = scene.parameters.find(root + "regions." + region.name + ".viscosity_kPa_ms");
+    if (place >= 0 && values[static_cast<std::size_t>(place)] > 0) return true;
+  }
+  return false;
 }
 
 }  // namespace cohort

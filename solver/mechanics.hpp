@@ -50,6 +50,9 @@ struct MechanicsText {
 };
 MechanicsText mechanics_text(const Scene& scene);
 
+/// Whether the tissue of a member with these values (inherited ones filled in) is viscous somewhere.
+bool viscous(const Scene& scene, std::span<const double> values);
+
 /// Why the tissue of a member with these values (inherited ones filled in) is no stable solid: a region whose
 /// law, at rest, resists some change of shape or of volume with nothing or less. Empty where all are stable,
 /// or nothing deforms.

@@ -391,7 +391,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},
          activation_fields(scene) > 1 ? Probes::bytes(scene, batch, samples_of(scene) + 1) : 0);
-  const SolidPlan solid = add_mechanics(launcher, scene, base, batch, plan);
+  const SolidPlan solid = add_mechanics(launcher, scene, members, base, batch, plan);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
   refuse_beyond(plan.bytes, limit, whole_batch);

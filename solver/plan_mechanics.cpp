@@ -96,7 +96,7 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
                            "recorder", "activation times"})
     plan.modules.push_back({name, false, "nothing is excited", {}, 0});
   Launcher launcher(device, scene.precision);
-  const SolidPlan solid = add_mechanics(launcher, scene, base, plan.members_per_device, plan);
+  const SolidPlan solid = add_mechanics(launcher, scene, members, base, plan.members_per_device, plan);
   refuse_beyond(plan.bytes, memory_limit(device, options),
                 "a batch of " + std::to_string(plan.members_per_device) + " members");
   plan.tissue_cells = solid.cells;
@@ -106,7 +106,8 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
   return plan;
 }
 
-SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& base, int batch, Plan& plan) {
+SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const Member> members,
+                        const Member& base, int batch, Plan& plan) {
   SolidPlan result;
   const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
                           std::size_t bytes) {
@@ -116,12 +117,18 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& ba
   if (scene.mechanics) {
     Device& device = launcher.device();
     const Grid grid = solid_grid(scene, plan);
-    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1);
+    plan.viscous = viscous(scene, base.values) ||
+                   std::any_of(members.begin(), members.end(),
+                               [&](const Member& member) { return viscous(scene, member.values); });
+    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous);
     const std::vector<std::byte> packed = pack(base.values, scene.precision);
     const cl::Buffer parameters = device.allocate(packed.size());
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     solid.build(parameters, {&base, 1});
     if (!solid.defect(0).empty()) throw std::invalid_argument(solid.defect(0));
+    if (scene.displacement)
+      if (const std::string why = SolidPoints(launcher, scene, solid).defect(solid, 0); !why.empty())
+        throw std::invalid_argument(why);
     const SolidMesh& mesh = solid.mesh();
     warn_of_solid(scene, solid);
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
@@ -142,7 +149,7 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& ba
     module("mechanics", true,
            scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
            {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces",
-            "cavity_forces", "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
+            "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
            static_cast<std::size_t>(batch) * solid.bytes());
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", {}, 0);

@@ -37,6 +37,7 @@ struct SolidPlan {
 /// Appends mechanics, circulation and fluid to the modules of `plan`, whose grid is set. Builds the tissue of
 /// the scene's own values; throws std::invalid_argument where it cannot deform (a cavity that is not closed,
 /// a clamp that holds nothing).
-SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, const Member& base, int batch, Plan& plan);
+SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const Member> members,
+                        const Member& base, int batch, Plan& plan);
 
 }  // namespace cohort

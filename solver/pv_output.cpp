@@ -9,6 +9,7 @@ namespace cohort {
 namespace {
 
 std::vector<double> times_ms(const Scene& scene, const std::string& rate) {
+  if (scene.mechanics && scene.mechanics->quasi_static) return {0};
   constexpr double rounding = 1e-9;
   const double interval = 1000 / scene.parameters.value(rate);
   const auto samples = static_cast<int>(std::ceil(recorded_ms(scene) / interval - rounding));

@@ -117,8 +117,11 @@ struct Circulation {
 struct Mechanics {
   /// Blood within the tissue. Geometry `heart`: a chamber's name. `shapes`: any name, and the shape that it
   /// fills; then, without a circulation, its pressure is mechanics.cavities.<name>.pressure_kPa.
+  /// bestel: the pressure follows the equation of the tension of that name, whose numbers it shares.
   struct Cavity {
+    enum class Pressure { constant, bestel };
     std::string name, shape;
+    Pressure pressure = Pressure::constant;
   };
   /// Condition on a surface of the tissue: of a shape, or of the heart ("base", "epicardium",
   /// "lv_endocardium", "rv_endocardium"). normal: the component along the surface's normal alone. Springs and

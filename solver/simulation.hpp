@@ -77,6 +77,7 @@ struct Plan {
   int members_per_device = 1;
   int steps = 0;
   double dt_ms = 0;
+  bool viscous = false;           ///< some member's deforming tissue is viscous
   std::size_t bytes = 0;          ///< all modules
   double seconds_per_member = 0;  ///< expected, from the device's measured bandwidth and launch cost
 };

@@ -11,6 +11,7 @@
 #include "solver/lumped_circulation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"
+#include "solver/pv_output.hpp"
 #include "solver/solid_voids.hpp"
 #include "solver/solid_walls.hpp"
 
@@ -19,7 +20,7 @@ namespace cohort {
 namespace {
 
 constexpr int samples_along_edge = 6, member_group = 256;
-constexpr double courant = 0.9;
+constexpr double courant = 0.95;
 
 template <typename T>
 cl::Buffer upload_new(Launcher& launcher, const std::vector<T>& host) {
@@ -101,12 +102,13 @@ std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int cou
 }  // namespace
 
 Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
-             int members)
+             int members, bool viscous)
     : launcher_(launcher),
       scene_(scene),
       grid_(grid),
       capacity_(members),
       voids_(static_cast<int>(solid_voids(scene).size())),
+      samples_(scene.circulation ? 0 : pv_times_ms(scene).size()),
       wide_(launcher.device().has_double()) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
@@ -140,21 +142,21 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   }
   parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl"}) parts.emplace_back(file);
+  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"}) parts.emplace_back(file);
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
-             "MEMBER_GROUP=" + std::to_string(member_group)};
-  const cl::Program program = stepping.build(device, parts, options);
+             "MEMBER_GROUP=" + std::to_string(member_group), std::string("BEATS=") + (beats ? "1" : "0")};
+  if (viscous) options.emplace_back("VISCOUS");
+  program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
-  forces_ = launcher.handle(program, "solid_forces");
-  cavity_forces_ = launcher.handle(program, "cavity_forces");
-  predict_ = launcher.handle(program, "solid_predict");
-  member_ = launcher.handle(program, beats ? "solid_beat" : "solid_load");
-  move_ = launcher.handle(program, "solid_move");
-  measure_ = launcher.handle(program, "solid_measure");
+  forces_ = launcher.handle(program_, "solid_forces");
+  predict_ = launcher.handle(program_, "solid_predict");
+  member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
+  move_ = launcher.handle(program_, "solid_move");
+  measure_ = launcher.handle(program_, "solid_measure");
 }
 
 cl::Buffer Solid::reals(const std::vector<double>& host) {
@@ -165,6 +167,7 @@ cl::Buffer Solid::reals(const std::vector<double>& host) {
 }
 
 void Solid::build(const cl::Buffer& parameters, std::span<const Member> members) {
+  parameters_ = parameters;
   members_ = static_cast<int>(members.size());
   odd_ = 0;
   const auto& [nx, ny, nz] = grid_.cells;
@@ -252,7 +255,9 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
     state[m * state_size + Slot::damping] = scene_.mechanics->quasi_static ? 0 : mass_damping.back();
     if (!scene_.circulation)
       for (const Mechanics::Cavity& cavity : scene_.mechanics->cavities)
-        pressures.push_back(value("cavities." + cavity.name + ".pressure_kPa"));
+        pressures.push_back(cavity.pressure == Mechanics::Cavity::Pressure::constant
+                                ? value("cavities." + cavity.name + ".pressure_kPa")
+                                : 0);
     if (!scene_.circulation) continue;
     constexpr double kPa_per_mmHg = 1 / 7.50061683;
     inflation.push_back(value("inflation.duration_ms"));
@@ -264,6 +269,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   damping_ = reals(mass_damping);
   inflation_ = reals(inflation);
   pressures_ = reals(pressures);
+  series_ = upload_new(launcher_, std::vector<float>(members.size() * 2 * cavities * samples_,
+                                                     std::numeric_limits<float>::quiet_NaN()));
   if (scene_.circulation) return;
   const bool still = scene_.mechanics->quasi_static;
   const auto structural = [&](const char* path) { return scene_.parameters.value(path); };
@@ -394,17 +401,14 @@ void Solid::activate(const std::vector<float>& times) {
 
 void Solid::forces(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
+  const std::size_t items = scene_.mechanics->cavities.empty() ? 0 : static_cast<std::size_t>(mesh_.items);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(forces_, cl::NDRange(cells), cl::NDRange(SolidMesh::block),
-            static_cast<double>(cells) * (33 + real * (1 + 12 + 24 + 3)), parameters, state_, member_of_cell_,
-            cell_nodes_, share_, region_, direction_, activation_, tension_, u_, v_, force_, mesh_.cells,
-            mesh_.nodes, Real{grid_.dx_mm}, odd_);
-  if (scene_.mechanics->cavities.empty()) return;
-  const auto items = static_cast<std::size_t>(mesh_.items);
-  launcher_(cavity_forces_, cl::NDRange(items), cl::NDRange(SolidMesh::block),
-            static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)), state_, member_of_item_,
-            item_cell_, item_cavity_, item_share_, item_faces_, cell_nodes_, position_, lid_, u_, gradient_,
-            volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm});
+  launcher_(forces_, cl::NDRange(cells + items), cl::NDRange(SolidMesh::block),
+            static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)) +
+                static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_, tension_, u_,
+            v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_, position_, lid_,
+            gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm}, odd_);
 }
 
 void Solid::predict() {
@@ -422,8 +426,9 @@ void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_, pressures_, loads_,
-            state_, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
+            0.0, parameters_, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
+            pressures_, loads_, state_, series_, static_cast<int>(samples_),
+            Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0}, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
@@ -587,8 +592,15 @@ void Solid::set_motion(const std::vector<double>& displacement, const std::vecto
   v_ = reals(velocity);
 }
 
-std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<double, 3>& X,
-                                             const std::vector<double>& displacement) const {
+std::vector<float> Solid::cavity_series() {
+  std::vector<float> result(static_cast<std::size_t>(members_) * 2 * scene_.mechanics->cavities.size() *
+                            samples_);
+  if (!result.empty())
+    launcher_.queue().enqueueReadBuffer(series_, CL_TRUE, 0, result.size() * sizeof(float), result.data());
+  return result;
+}
+
+Solid::Place Solid::place_of(std::size_t m, const std::array<double, 3>& X) const {
   const double h = grid_.dx_mm;
   double nearest = 1e30;
   int cell = -1;
@@ -609,16 +621,26 @@ std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<dou
       inside = at;
     }
   }
-  std::array<double, 3> result{};
-  for (int c = 0; c < 8 && cell >= 0; ++c) {
-    const auto node = static_cast<std::size_t>(
-        mesh_.cell_nodes[static_cast<std::size_t>(c) * static_cast<std::size_t>(mesh_.cells) +
-                         static_cast<std::size_t>(cell)]);
-    double weight = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) weight *= c >> axis & 1 ? inside[axis] : 1 - inside[axis];
+  Place place;
+  place.beyond_mm = std::max(0.0, nearest - 0.5) * h;
+  for (std::size_t c = 0; c < 8 && cell >= 0; ++c) {
+    place.nodes[c] =
+        mesh_.cell_nodes[c * static_cast<std::size_t>(mesh_.cells) + static_cast<std::size_t>(cell)];
+    place.weights[c] = 1;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      result[axis] += weight * displacement[axis * static_cast<std::size_t>(mesh_.nodes) + node];
+      place.weights[c] *= c >> axis & 1 ? inside[axis] : 1 - inside[axis];
   }
+  return place;
+}
+
+std::array<double, 3> Solid::displacement_at(std::size_t m, const std::array<double, 3>& X,
+                                             const std::vector<double>& displacement) const {
+  const Place place = place_of(m, X);
+  std::array<double, 3> result{};
+  for (std::size_t c = 0; c < 8; ++c)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      result[axis] += place.weights[c] * displacement[axis * static_cast<std::size_t>(mesh_.nodes) +
+                                                      static_cast<std::size_t>(place.nodes[c])];
   return result;
 }
 

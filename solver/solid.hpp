@@ -19,8 +19,9 @@ enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
 class Solid {
  public:
   /// grid: of the mechanics; its definitions (NX, NY, NZ) must be those of `definitions`.
-  Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
-        int members);
+  /// viscous: whether some member's tissue is.
+  Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid, int members,
+        bool viscous = false);
 
   /// Geometry, fibres, supports of `members`, whose blocks stand in `parameters`; everything at rest.
   void build(const cl::Buffer& parameters, std::span<const Member> members);
@@ -52,10 +53,17 @@ class Solid {
 
   /// The largest step at rest, ms.
   double first_step_ms(const cl::Buffer& parameters);
+  /// Series of cavities under prescribed pressures, as load() took them: (members, 2, cavities, samples)
+  /// pressures in mmHg, volumes in mL; NaN where there is none.
+  std::vector<float> cavity_series();
+
   /// Device bytes of what has been built.
   std::size_t bytes() const;
 
   const SolidMesh& mesh() const { return mesh_; }
+  const cl::Program& program() const { return program_; }
+  const cl::Buffer& states() const { return state_; }
+  const cl::Buffer& displacements() const { return u_; }
   const Grid& grid() const { return grid_; }
   /// State of the members (members, state_size), kernels/solid.clh.
   std::vector<double> state();
@@ -64,8 +72,14 @@ class Solid {
   std::vector<double> displacement();
   std::vector<double> velocity();
   void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
-  /// Displacement of the material point X of member m, by trilinear interpolation in its cell or the nearest
-  /// one.
+  /// Where a material point of a member lies: nodes and weights of its cell, or of the nearest one.
+  struct Place {
+    std::array<int, 8> nodes{};
+    std::array<double, 8> weights{};
+    double beyond_mm = 0;  ///< its distance from that cell along the axis where it is largest
+  };
+  Place place_of(std::size_t m, const std::array<double, 3>& X) const;
+  /// Displacement of the material point X of member m.
   std::array<double, 3> displacement_at(std::size_t m, const std::array<double, 3>& X,
                                         const std::vector<double>& displacement) const;
 
@@ -93,7 +107,9 @@ class Solid {
     steps_done,
     first_pressure,
     first_volume = first_pressure + 4,
-    state_size = first_volume + 4
+    last_pressure = first_volume + 4,
+    next_sample = last_pressure + 4,
+    state_size
   };
 
  private:
@@ -106,17 +122,20 @@ class Solid {
   const Scene& scene_;
   Grid grid_;
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
+  std::size_t samples_;  ///< of cavities under prescribed pressures
   bool wide_, sheets_ = false;
   SolidMesh mesh_;
   int supports_ = 0;
   std::vector<int> free_motions_;
+  cl::Program program_;
+  cl::Buffer parameters_, series_;
   Real4 loads_{};  ///< kernels/solid_load.cl
   cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_,
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
       position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
       cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
       pressures_, inflation_, damping_;
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, cavity_forces_, predict_, member_, move_,
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_,
       measure_;
 };
 

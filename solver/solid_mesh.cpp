@@ -342,10 +342,9 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
       at(mesh.cell_nodes, corner, mesh.cells, cell) = node;
       at(mesh.corners, corner, mesh.nodes, node) = cell;
       mass[static_cast<std::size_t>(node)] +=
-          0.125 * volume *
-          std::max(0.25 * (at(mesh.share, 0, mesh.cells, cell) + at(mesh.share, 1, mesh.cells, cell) +
-                           at(mesh.share, 2, mesh.cells, cell) + at(mesh.share, 3, mesh.cells, cell)),
-                   floor);
+0.03125 * volume *
+          (std::max(at(mesh.share, 0, mesh.cells, cell), floor) + std::max(at(mesh.share, 1, mesh.cells, cell), floor) +
+           std::max(at(mesh.share, 2, mesh.cells, cell), floor) + std::max(at(mesh.share, 3, mesh.cells, cell), floor));
     }
   mesh.inverse_mass.resize(nodes);
   mesh.position.assign(3 * nodes, 0);

@@ -87,3 +87,9 @@ real law_pressure(real J, real kappa) {
   const real kept = fmax(J, R(0.1));
   return R(0.5) * kappa * (kept - 1 / kept + (J - kept) * (1 + 1 / (kept * kept)));
 }
+/// U itself.
+real law_volume_energy(real J, real kappa) {
+  const real kept = fmax(J, R(0.1)), beyond = J - kept;
+  return R(0.25) * kappa * (kept * kept - 1 - 2 * log(kept)) +
+         R(0.5) * kappa * beyond * (kept - 1 / kept + R(0.5) * beyond * (1 + 1 / (kept * kept)));
+}
