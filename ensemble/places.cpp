@@ -51,13 +51,15 @@ std::optional<Place> place_named(const Places& places, const ParameterTable& par
   for (const std::string& path : paths)
     for (const std::string& way : {path, "parameters." + path})
       if (const auto it = places.find(way); it != places.end()) return it->second;
-  for (std::string path : paths) {
-    if (!is_parameter(parameters, path)) continue;
-    for (size_t dot = path.rfind('.'); dot != std::string::npos; dot = path.rfind('.')) {
-      path.resize(dot);
-      if (const auto it = places.find(path); it != places.end()) return it->second;
+  // Numbers before names of the structure: they say more.
+  for (const bool parameter : {true, false})
+    for (std::string path : paths) {
+      if (is_parameter(parameters, path) != parameter) continue;
+      for (size_t dot = path.rfind('.'); dot != std::string::npos; dot = path.rfind('.')) {
+        path.resize(dot);
+        if (const auto it = places.find(path); it != places.end()) return it->second;
+      }
     }
-  }
   return {};
 }
 

@@ -19,7 +19,7 @@ using Places = std::map<std::string, Place>;
 /// Adds every path below `node`, which name_levels has named.
 void gather_places(const Node& node, Places& places);
 
-/// Place of the first path that `message` names and the file holds; of a parameter that the file leaves at
+/// Place of the first path that `message` names and the file holds; of what the file leaves at
 /// its default, that of the level it would stand in. Nothing where no path is named.
 std::optional<Place> place_named(const Places& places, const ParameterTable& parameters,
                                  const std::string& message);

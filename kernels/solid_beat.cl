@@ -98,7 +98,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     S[BEAT] = heart.beat;
     for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
     next = clipped_step(&c, &heart, next);
-    if (heart.ended != RUNNING) S[ENDED] = TISSUE_SETTLED;
+    if (heart.ended != RUNNING && S[ENDED] == 0) S[ENDED] = TISSUE_SETTLED;
     hearts[member] = heart;
     status[member] = status_of(&heart);
   }

@@ -20,7 +20,8 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
   return sym_times(Q, sym_times(sym_cofactor(A), inverse_mass * sym_times(Q, impulse)) / sym_determinant(A));
 }
 
-// Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
+// Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces (without pressures: of what cells
+// pull with), energy of springs, r_q = g_q . v*, then
 // s_qr = g_q . response(g_r) for q <= r.
 // FREE_SUM and LOADED_SUM stand where pressures are prescribed.
 #define KINETIC_SUM 0
@@ -47,9 +48,12 @@ inline void predict_node(int a, global const wide *restrict S, global const int 
   if (!(inverse > 0)) return;
   const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
   real3 f = (real3)(0);
+  real squares = 0;
   for (int c = 0; c < 8; ++c) {
     const size_t at = corners[a + (size_t)c * nodes] + (size_t)(3 * c) * cells;
-    f += (real3)(force[at], force[at + cells], force[at + 2 * (size_t)cells]);
+    const real3 of_cell = (real3)(force[at], force[at + cells], force[at + 2 * (size_t)cells]);
+    f += of_cell;
+    squares += dot(of_cell, of_cell);
   }
   const int s = support_of[a], j = cavity_of[a];
   if (s >= 0) {
@@ -100,7 +104,9 @@ inline void predict_node(int a, global const wide *restrict S, global const int 
     loads = sym_times(Q, loads);
   }
   sums[FREE_SUM] += dot(free_force, free_force);
-  sums[LOADED_SUM] += dot(loads, loads);
+  real pressed = 0;
+  for (int q = 0; q < CAVITIES; ++q) pressed += fabs((real)S[FIRST_PRESSURE + q]);
+  sums[LOADED_SUM] += pressed > 0 ? dot(loads, loads) : squares;
 #endif
 }
 

@@ -7,6 +7,7 @@
 
 #include "solver/circulation.hpp"
 #include "solver/excitation.hpp"
+#include "solver/mechanics.hpp"
 #include "solver/pv_output.hpp"
 
 namespace cohort {
@@ -18,6 +19,8 @@ namespace {
 constexpr int steps_per_measure = 16;
 // A stretch of steps whose kernels are timed, behind the first looks: by then all are compiled.
 constexpr std::int64_t first_timed_step = 1024, timed_steps = 64;
+// As in kernels/solid_reduce.clh.
+constexpr double smallest_volume_ratio = 0.02;
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
 
@@ -122,6 +125,10 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
     if (recordings[m].outcome != Outcome::done) continue;
     if (const std::string why = scene_.circulation ? circulation_defect(scene_, members[m].values) : "";
         !why.empty()) {
+      reject(recordings[m], why);
+      continue;
+    }
+    if (const std::string why = law_defect(scene_, members[m].values); !why.empty()) {
       reject(recordings[m], why);
       continue;
     }
@@ -246,7 +253,11 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   };
   if (!tissue.empty()) {
     recording.dt_ms = tissue[Solid::largest_step];
-    const auto end = static_cast<SolidEnd>(static_cast<int>(tissue[Solid::ended]));
+    auto end = static_cast<SolidEnd>(static_cast<int>(tissue[Solid::ended]));
+    // The last steps are behind the last look at the cells.
+    if (const double least = end == SolidEnd::settled ? solid_->worst_cell(k).second : 1;
+        !(least > smallest_volume_ratio))
+      end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
       return fail(Outcome::unstable, tissue[Solid::time], solid_->failure(k, end));
     if (end == SolidEnd::moves && late)

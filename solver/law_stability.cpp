@@ -146,7 +146,7 @@ std::string law_defect(const Scene& scene, std::span<const double> values) {
     if (region.bath) continue;
     const Numbers number = numbers_of(scene, values, region);
     std::ostringstream text;
-    text << "region \"" << region.name << "\": the law " << law;
+    text << "mechanics." << law << ": region \"" << region.name << "\": the law " << law;
     const double kappa = number("bulk_modulus_kPa");
     if (!(kappa > 0)) {
       text << " has a bulk modulus of " << kappa << " kPa: it must be positive";

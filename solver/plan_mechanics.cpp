@@ -1,5 +1,7 @@
 #include "solver/plan_mechanics.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -8,6 +10,7 @@
 #include "solver/heartbeat.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"
+#include "solver/solid_walls.hpp"
 
 namespace cohort {
 
@@ -20,6 +23,26 @@ void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& wha
 std::size_t memory_limit(const Device& device, const PlanOptions& options) {
   const std::size_t memory = device.info().memory_bytes;
   return options.memory_limit_bytes > 0 ? std::min(options.memory_limit_bytes, memory) : memory;
+}
+
+void warn_of_solid(const Scene& scene, const Solid& solid) {
+  // Not refused: loads in balance with themselves move nothing, and free tissue may be what is wanted.
+  if (const int free = solid.free_motions(0); free > 0)
+    spdlog::warn(
+        "mechanics.boundary: no clamp and no spring resists {} of the six rigid motions of the tissue: what "
+        "does not balance its loads moves it away",
+        free);
+  const auto& cavities = scene.mechanics->cavities;
+  for (std::size_t q = 0; q < cavities.size(); ++q) {
+    constexpr double enough = 1.9;  // two, as well as it is measured
+    const double cells = thin_wall_cells(solid.mesh(), solid.grid(), cavities.size(), 0, q);
+    if (cells < enough)
+      spdlog::warn(
+          "mechanics.cavities.{}: a quarter of the wall is thinner than {:.1f} cells ({:.1f} mm at {} mm), "
+          "and two "
+          "are needed: its volumes err by some 10 %; make mechanics.dx_mm or grid.dx_mm smaller",
+          cavities[q].name, cells, cells * solid.grid().dx_mm, solid.grid().dx_mm);
+  }
 }
 
 // A scene without tissue.
@@ -102,11 +125,12 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     const cl::Buffer parameters = device.allocate(packed.size());
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     solid.build(parameters, {&base, 1});
-    if (!solid.defect(0).empty()) throw std::invalid_argument("mechanics: " + solid.defect(0));
+    if (!solid.defect(0).empty()) throw std::invalid_argument(solid.defect(0));
     if (scene.displacement)
       if (const std::string why = SolidPoints(launcher, scene, solid).defect(solid, 0); !why.empty())
         throw std::invalid_argument(why);
     const SolidMesh& mesh = solid.mesh();
+    warn_of_solid(scene, solid);
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
     result.dt_ms = solid.first_step_ms(parameters);
     const double length_ms = scene.circulation               ? most_beats(scene) * beat_ms(scene)

@@ -9,6 +9,8 @@
 // What make_plan says of deforming tissue and circulation.
 namespace cohort {
 
+class Solid;
+
 /// Throws std::runtime_error naming the bytes where `needed` is more than `limit`.
 void refuse_beyond(std::size_t needed, std::size_t limit, const std::string& what);
 /// What a plan may take of a device's memory.
@@ -21,6 +23,9 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
 /// A scene whose tissue deforms but is not excited. base: of the scene's own values, resolved.
 Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> members, const Member& base,
                 const PlanOptions& options);
+
+/// What runs and yet is odd about the tissue of the scene's own values: nothing holds it, thin walls.
+void warn_of_solid(const Scene& scene, const Solid& solid);
 
 /// Expected of the mechanics, at rest.
 struct SolidPlan {

@@ -13,6 +13,7 @@
 #include "solver/precision.hpp"
 #include "solver/pv_output.hpp"
 #include "solver/solid_voids.hpp"
+#include "solver/solid_walls.hpp"
 
 namespace cohort {
 
@@ -44,6 +45,50 @@ Matrix projected(const Matrix& Q, const Matrix& A) {
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j) result[k] += q[entries[k][0]][i] * a[i][j] * q[j][entries[k][1]];
   return result;
+}
+
+/// A node and what resists its displacement, in some unit.
+struct Held {
+  int node;
+  Matrix resists;
+};
+
+/// How many of the six rigid motions `held` leaves free.
+int count_free_motions(const SolidMesh& mesh, const std::vector<Held>& held) {
+  const auto nodes = static_cast<std::size_t>(mesh.nodes);
+  std::array<double, 3> centre{};
+  double radius = 0;
+  const auto place = [&](const Held& one, std::size_t axis) {
+    return mesh.position[axis * nodes + static_cast<std::size_t>(one.node)];
+  };
+  for (const Held& one : held)
+    for (std::size_t axis = 0; axis < 3; ++axis) centre[axis] += place(one, axis) / double(held.size());
+  for (const Held& one : held)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      radius = std::max(radius, std::abs(place(one, axis) - centre[axis]));
+  std::array<std::array<double, 6>, 6> stiffness{};
+  for (const Held& one : held) {
+    // Translations, then rotations about the axes by an angle of 1/radius.
+    std::array<std::array<double, 3>, 6> motion{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+      motion[k][k] = 1;
+      motion[3 + k][j] = radius > 0 ? (place(one, i) - centre[i]) / radius : 0;
+      motion[3 + k][i] = radius > 0 ? -(place(one, j) - centre[j]) / radius : 0;
+    }
+    for (std::size_t p = 0; p < 6; ++p)
+      for (std::size_t q = 0; q < 6; ++q)
+        for (std::size_t k = 0; k < 6; ++k) {
+          const auto [i, j] = entries[k];
+          stiffness[p][q] +=
+              one.resists[k] * (i == j ? motion[p][i] * motion[q][i]
+                                       : motion[p][i] * motion[q][j] + motion[p][j] * motion[q][i]);
+        }
+  }
+  const std::array<double, 6> found = eigenvalues(stiffness);
+  constexpr double nothing = 1e-6;
+  return static_cast<int>(
+      std::count_if(found.begin(), found.end(), [&](double x) { return !(x > nothing * found[5]); }));
 }
 
 std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int count, int stride) {
@@ -201,14 +246,14 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
   node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
   measures_ = reals(std::vector<double>(3 * n(mesh_.cells / SolidMesh::block), 0));
-  std::vector<double> state(members.size() * state_size, 0), inflation, damping, pressures;
+  std::vector<double> state(members.size() * state_size, 0), inflation, mass_damping, pressures;
   for (std::size_t m = 0; m < members.size(); ++m) {
     const auto value = [&](const std::string& path) {
       return members[m].values[n(scene_.parameters.index("mechanics." + path))];
     };
-    damping.push_back(value("damping_per_ms"));
+    mass_damping.push_back(value("damping_per_ms"));
     state[m * state_size + Slot::beat_time] = scene_.circulation ? -1 : 0;
-    state[m * state_size + Slot::damping] = scene_.mechanics->quasi_static ? 0 : damping.back();
+    state[m * state_size + Slot::damping] = scene_.mechanics->quasi_static ? 0 : mass_damping.back();
     if (!scene_.circulation)
       for (const Mechanics::Cavity& cavity : scene_.mechanics->cavities)
         pressures.push_back(cavity.pressure == Mechanics::Cavity::Pressure::constant
@@ -222,7 +267,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
       inflation.push_back(value("inflation." + cavity.name + "_pressure_mmHg") * kPa_per_mmHg);
   }
   set_state(state);
-  damping_ = reals(damping);
+  damping_ = reals(mass_damping);
   inflation_ = reals(inflation);
   pressures_ = reals(pressures);
   series_ = upload_new(launcher_, std::vector<float>(members.size() * 2 * cavities * samples_,
@@ -264,6 +309,7 @@ void Solid::build_supports(std::span<const Member> members) {
 
   using Kind = Mechanics::Boundary::Kind;
   const auto& conditions = scene_.mechanics->boundary;
+  std::vector<bool> reached(conditions.size() * members.size(), false);
   for (std::size_t b = 0; b < conditions.size(); ++b) {
     const bool normal = conditions[b].kind == Kind::clamp_normal || conditions[b].kind == Kind::spring_normal;
     const bool clamp = conditions[b].kind == Kind::clamp || conditions[b].kind == Kind::clamp_normal;
@@ -274,6 +320,10 @@ void Solid::build_supports(std::span<const Member> members) {
     for (const SolidMesh::Patch& patch : mesh_.surfaces[b]) {
       const double area = std::hypot(patch.area[0], patch.area[1], patch.area[2]);
       if (!(area > 0)) continue;
+      const auto m =
+          static_cast<std::size_t>(std::upper_bound(mesh_.node_blocks.begin(), mesh_.node_blocks.end(),
+                                                    patch.node / SolidMesh::block) -
+                                   mesh_.node_blocks.begin() - 1);
       Matrix direction{1, 1, 1, 0, 0, 0};
       if (normal)
         for (std::size_t k = 0; k < 6; ++k)
@@ -281,6 +331,7 @@ void Solid::build_supports(std::span<const Member> members) {
       if (clamp) {
         if (!(near[static_cast<std::size_t>(patch.node)] >> surface & 1)) continue;
         mesh_.held[b].push_back(patch.node);
+        reached[b * members.size() + m] = true;
         Support& support = at(patch.node);
         if (!normal) {
           support.projector = {0, 0, 0, 0, 0, 0};
@@ -293,16 +344,43 @@ void Solid::build_supports(std::span<const Member> members) {
           for (std::size_t k = 0; k < 6; ++k) support.projector[k] -= held[k] / trace;
         continue;
       }
-      const auto m =
-          static_cast<std::size_t>(std::upper_bound(mesh_.node_blocks.begin(), mesh_.node_blocks.end(),
-                                                    patch.node / SolidMesh::block) -
-                                   mesh_.node_blocks.begin() - 1);
+      reached[b * members.size() + m] = true;
       Support& support = at(patch.node);
       for (std::size_t k = 0; k < 6; ++k) {
         support.stiffness[k] += area * direction[k] * members[m].values[static_cast<std::size_t>(stiffness)];
         support.dashpot[k] += area * direction[k] * members[m].values[static_cast<std::size_t>(dashpot)];
       }
     }
+  }
+  for (std::size_t b = 0; b < conditions.size(); ++b)
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      if (reached[b * members.size() + m] || !mesh_.defects[m].empty()) continue;
+      const bool clamp = conditions[b].kind == Kind::clamp || conditions[b].kind == Kind::clamp_normal;
+      mesh_.defects[m] = "mechanics.boundary." + conditions[b].name + ": the " +
+                         (clamp ? "clamp" : "spring") + " holds nothing: surface \"" + conditions[b].surface +
+                         "\" bounds no cell of the tissue";
+    }
+  free_motions_.clear();
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    // What resists: of clamps their directions, of springs their stiffness over the largest.
+    double stiffest = 0;
+    const auto of_member = [&](const auto& visit) {
+      for (int a = mesh_.node_blocks[m] * SolidMesh::block; a < mesh_.node_blocks[m + 1] * SolidMesh::block;
+           ++a)
+        if (const int s = support_of[static_cast<std::size_t>(a)]; s >= 0)
+          visit(a, supports[static_cast<std::size_t>(s)]);
+    };
+    of_member([&](int, const Support& s) {
+      stiffest = std::max(stiffest, s.stiffness[0] + s.stiffness[1] + s.stiffness[2]);
+    });
+    std::vector<Held> held;
+    of_member([&](int node, const Support& s) {
+      Held one{node, s.projector};
+      for (std::size_t k = 0; k < 6; ++k)
+        one.resists[k] = (k < 3 ? 1 : 0) - one.resists[k] + (stiffest > 0 ? s.stiffness[k] / stiffest : 0);
+      held.push_back(one);
+    });
+    free_motions_.push_back(count_free_motions(mesh_, held));
   }
   supports_ = std::max<int>(1, static_cast<int>(supports.size()));
   std::vector<double> fields(18 * static_cast<std::size_t>(supports_), 0);
@@ -444,8 +522,8 @@ std::array<double, 3> Solid::centre(std::size_t cell) const {
   return result;
 }
 
-std::string Solid::failure(std::size_t k, SolidEnd end) {
-  const std::vector<double> u = displacement();
+std::pair<std::size_t, double> Solid::worst_cell(std::size_t k) {
+  const std::vector<double> u = displacement(), v = velocity();
   double worst = 1e30;
   std::size_t where = 0;
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
@@ -455,24 +533,31 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
     if (mesh_.grid_cell[cell] < 0) continue;
     // Volume of the cell by its edges' means.
     std::array<std::array<double, 3>, 3> F{};
-    for (int corner = 0; corner < 8; ++corner)
-      for (std::size_t row = 0; row < 3; ++row)
+    double speeds = 0;  // no number where a velocity is none: displacements follow a step later
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto node = static_cast<std::size_t>(
+          mesh_.cell_nodes[static_cast<std::size_t>(corner) * static_cast<std::size_t>(mesh_.cells) + cell]);
+      for (std::size_t row = 0; row < 3; ++row) {
+        speeds += v[row * nodes + node];
         for (std::size_t axis = 0; axis < 3; ++axis)
-          F[row][axis] += (corner >> axis & 1 ? 0.25 : -0.25) / grid_.dx_mm *
-                          u[row * nodes + static_cast<std::size_t>(
-                                              mesh_.cell_nodes[static_cast<std::size_t>(corner) *
-                                                                   static_cast<std::size_t>(mesh_.cells) +
-                                                               cell])];
+          F[row][axis] += (corner >> axis & 1 ? 0.25 : -0.25) / grid_.dx_mm * u[row * nodes + node];
+      }
+    }
     for (std::size_t row = 0; row < 3; ++row) F[row][row] += 1;
     const double J = F[0][0] * (F[1][1] * F[2][2] - F[1][2] * F[2][1]) -
                      F[0][1] * (F[1][0] * F[2][2] - F[1][2] * F[2][0]) +
                      F[0][2] * (F[1][0] * F[2][1] - F[1][1] * F[2][0]);
-    if (J < worst || std::isnan(J)) {
+    if (!std::isfinite(J) || !std::isfinite(speeds)) return {cell, std::numeric_limits<double>::quiet_NaN()};
+    if (J < worst) {
       worst = J;
       where = cell;
-      if (std::isnan(J)) break;
     }
   }
+  return {where, worst};
+}
+
+std::string Solid::failure(std::size_t k, SolidEnd end) {
+  const auto [where, worst] = worst_cell(k);
   const std::array<double, 3> X = centre(where);
   std::ostringstream text;
   text.precision(3);

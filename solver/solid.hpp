@@ -27,6 +27,8 @@ class Solid {
   void build(const cl::Buffer& parameters, std::span<const Member> members);
   /// Why member m cannot run; empty when it can.
   const std::string& defect(std::size_t m) const { return mesh_.defects[m]; }
+  /// Of the six rigid motions of member m, those that no clamp and no spring resists.
+  int free_motions(std::size_t m) const { return free_motions_[m]; }
 
   /// Activation times of the cells in the order of mesh(), ms; negative without.
   void activate(const std::vector<float>& times);
@@ -41,6 +43,9 @@ class Solid {
   /// Which of two steps in turn: counts move().
   int odd() const { return odd_; }
 
+  /// The cell of member k with the smallest ratio of volume now to that at rest, and the ratio; NaN if any
+  /// is.
+  std::pair<std::size_t, double> worst_cell(std::size_t k);
   /// What went wrong with member k, and where.
   std::string failure(std::size_t k, SolidEnd end);
   /// Centre of a cell at rest, mm.
@@ -121,6 +126,7 @@ class Solid {
   bool wide_, sheets_ = false;
   SolidMesh mesh_;
   int supports_ = 0;
+  std::vector<int> free_motions_;
   cl::Program program_;
   cl::Buffer parameters_, series_;
   Real4 loads_{};  ///< kernels/solid_load.cl

@@ -110,7 +110,7 @@ class MemberMesh {
       if (piece[cell] >= 0 &&
           static_cast<double>(sizes[static_cast<std::size_t>(piece[cell])]) >= smallest_piece * largest)
         local_[cell] = 0;
-    if (sizes.empty()) defect_ = "there is no tissue to deform";
+    if (sizes.empty()) defect_ = "mechanics: there is no tissue to deform";
   }
 
   void number(SolidMesh& mesh) {
@@ -197,6 +197,9 @@ class MemberMesh {
     mesh.item_blocks.push_back(mesh.items / SolidMesh::block);
   }
 
+  std::string cavity_path(std::size_t q) const {
+    return "mechanics.cavities." + scene_.mechanics->cavities[q].name + ": the cavity";
+  }
   /// The plane in which a cavity's blood meets what is neither tissue nor its own: the axis across it, -1
   /// where there is none.
   int find_lid(std::size_t q, std::array<double, 3>& lid) {
@@ -217,9 +220,12 @@ class MemberMesh {
           coordinate = at;
         }
         if (a == axis && at == coordinate) return;
-        defect_ = "the cavity \"" + scene_.mechanics->cavities[q].name +
-                  "\" is not closed: tissue and one plane along the grid do not enclose it";
+        defect_ =
+            cavity_path(q) + " is not closed: tissue and one plane along the grid do not enclose its blood";
       });
+      for (std::size_t a = 0; a < 3 && defect_.empty(); ++a)
+        if (c[a] == 0 || c[a] == n_[a] - 1)
+          defect_ = cavity_path(q) + " is not closed: its blood reaches the border of the grid";
     }
     // Along the plane the vertex at the blood's middle: a place of the cavity, wherever the grid begins.
     for (std::size_t a = 0; a < 3; ++a)
@@ -227,7 +233,7 @@ class MemberMesh {
                                                      : blood > 0                 ? sum[a] / blood
                                                                                  : 0);
     if (blood == 0 && defect_.empty())
-      defect_ = "the cavity \"" + scene_.mechanics->cavities[q].name + "\" holds no cell";
+      defect_ = cavity_path(q) + " holds no cell: no cell of the grid is mostly its blood";
     return axis;
   }
 

@@ -17,8 +17,8 @@ namespace cohort::test {
 
 using Settings = std::vector<std::pair<std::string, double>>;
 
-/// Deforming tissue of a scene, for tests that look inside: forces, energies and volumes of given motions, and
-/// steps of a given length.
+/// Deforming tissue of a scene, for tests that look inside: forces, energies and volumes of given motions,
+/// and steps of a given length.
 class SolidRun {
  public:
   /// A scene whose structure is set; its parameters are declared here. by_member: changes to the values of
@@ -181,12 +181,9 @@ inline Scene box_of_tissue(const std::string& law, Precision precision,
   return scene;
 }
 inline Settings box_size(double x, double y, double z, double dx) {
-  return {{"geometry.box.size_mm.x", x},
-          {"geometry.box.size_mm.y", y},
-          {"geometry.box.size_mm.z", z},
-          {"grid.dx_mm", dx},
-          {"geometry.fibres.direction.x", 0.48},
-          {"geometry.fibres.direction.y", 0.6},
+  return {{"geometry.box.size_mm.x", x},         {"geometry.box.size_mm.y", y},
+          {"geometry.box.size_mm.z", z},         {"grid.dx_mm", dx},
+          {"geometry.fibres.direction.x", 0.48}, {"geometry.fibres.direction.y", 0.6},
           {"geometry.fibres.direction.z", 0.64}};
 }
 

@@ -304,6 +304,9 @@ TEST(Config, WhatIsRefusedLaterIsToldAtItsPlace) {
   // At its default: the level that it would stand in.
   expect("outputs.ecg is short; torso.heart.roll_deg is odd", "heart.yaml:5:11: ");
   expect("geometry.heart.rv_wall_mm is thin", "heart.yaml:3:14: ");
+  // What is no number too.
+  expect("scene.geometry.heart.walls: thin", "");
+  expect("geometry.heart.walls: thin", "heart.yaml:3:14: ");
   // Sampled: where its distribution stands.
   expect("geometry.heart.lv_wall_mm is thin", "heart.yaml:7:3: ");
   // Nothing of the file is named.

@@ -1,4 +1,5 @@
-// The deforming tissue at single motions: forces, energies, volumes, the element's modes. solver/README.md, "Decisions".
+// The deforming tissue at single motions: forces, energies, volumes, the element's modes. solver/README.md,
+// "Decisions".
 #include <fstream>
 #include <numeric>
 
@@ -29,13 +30,14 @@ bool is_double(const LawCase& c) {
 
 class SolidLaws : public testing::TestWithParam<LawCase> {};
 class SolidEnergies : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(All, SolidEnergies, testing::ValuesIn(laws()), [](const auto& test) { return test.param; });
+INSTANTIATE_TEST_SUITE_P(All, SolidEnergies, testing::ValuesIn(laws()),
+                         [](const auto& test) { return test.param; });
 INSTANTIATE_TEST_SUITE_P(All, SolidLaws, testing::ValuesIn(law_cases()), [](const auto& test) {
   return test.param.law + (is_double(test.param) ? "_double" : "_single");
 });
 
-// An affine displacement is the same stress everywhere: nothing pulls at a node within the tissue. The box ends in
-// cut cells; what they do to the nodes around full cells must vanish too, and all forces together.
+// An affine displacement is the same stress everywhere: nothing pulls at a node within the tissue. The box
+// ends in cut cells; what they do to the nodes around full cells must vanish too, and all forces together.
 TEST_P(SolidLaws, AffineDisplacementLeavesInnerNodesAtRest) {
   SolidRun run(box_of_tissue(GetParam().law, GetParam().precision), box_size(5.7, 4.3, 4.6, 1));
   const Matrix G = {{{0.08, 0.05, -0.03}, {-0.04, -0.06, 0.07}, {0.02, 0.03, 0.05}}};
@@ -61,9 +63,14 @@ TEST_P(SolidLaws, AffineDisplacementLeavesInnerNodesAtRest) {
 TEST_P(SolidLaws, RigidMotionGivesNoForce) {
   SolidRun run(box_of_tissue(GetParam().law, GetParam().precision), box_size(5.7, 4.3, 4.6, 1));
   // The force of a stretch of 1 % is what there is to compare with.
-  const double scale = largest_of(run.forces(run.field([](const Vector& X) { return Vector{0.01 * X[0], 0, 0}; })));
+  const double scale = largest_of(run.forces(run.field([](const Vector& X) {
+    return Vector{0.01 * X[0], 0, 0};
+  })));
   const double rounding = is_double(GetParam()) ? 1e-12 : 3e-4;
-  EXPECT_LT(largest_of(run.forces(run.field([](const Vector&) { return Vector{3, -7, 11}; }))), rounding * scale);
+  EXPECT_LT(largest_of(run.forces(run.field([](const Vector&) {
+              return Vector{3, -7, 11};
+            }))),
+            rounding * scale);
   std::mt19937_64 random(7);
   for (int i = 0; i < 3; ++i) {
     Matrix R = random_rotation(random);
@@ -120,7 +127,8 @@ std::vector<double> eigenvalues(std::vector<double> A, std::size_t n) {
 }
 
 /// Eigenvalues (kPa mm) of the stiffness at rest of a single cell of 1 mm with this box of tissue in it.
-std::vector<double> modes_of_cell(const std::string& law, double x, double y, double z, std::array<double, 4>* quarters) {
+std::vector<double> modes_of_cell(const std::string& law, double x, double y, double z,
+                                  std::array<double, 4>* quarters) {
   SolidRun run(box_of_tissue(law, Precision::double_), box_size(x, y, z, 1));
   EXPECT_EQ(run.mesh().tissue_cells[0], 1);
   std::vector<std::size_t> corners;
@@ -154,7 +162,8 @@ std::vector<double> modes_of_cell(const std::string& law, double x, double y, do
   return eigenvalues(K, n);
 }
 
-// A cell has six modes without stiffness, the rigid ones, down to the emptiest cell that is kept: no hourglass modes.
+// A cell has six modes without stiffness, the rigid ones, down to the emptiest cell that is kept: no
+// hourglass modes.
 TEST(SolidElement, OnlyRigidModesAreFree) {
   // Tissue in the cell: whole, half, a corner, a sliver at the least share.
   const double sizes[][3] = {{1, 1, 1}, {1, 1, 0.5}, {0.6, 0.6, 0.6}, {1, 1, 0.1}, {0.45, 0.45, 0.45}};
@@ -168,9 +177,11 @@ TEST(SolidElement, OnlyRigidModesAreFree) {
       EXPECT_LT(std::abs(found[0]), 1e-5 * found[6]) << law << " " << size[2];
       // The softest of the others: at least the floor's share of that of a whole cell.
       EXPECT_GT(found[6], 0.99 * SolidMesh::mass_floor * whole) << law << " " << size[2];
-      std::printf("%s, tissue %g x %g x %g: quarters %.2f %.2f %.2f %.2f, modes 6 to 8 and the last %.4f %.4f %.4f %.1f kPa mm\n",
-                  law.c_str(), size[0], size[1], size[2], quarters[0], quarters[1], quarters[2], quarters[3], found[6],
-                  found[7], found[8], found[23]);
+      std::printf(
+          "%s, tissue %g x %g x %g: quarters %.2f %.2f %.2f %.2f, modes 6 to 8 and the last %.4f %.4f %.4f "
+          "%.1f kPa mm\n",
+          law.c_str(), size[0], size[1], size[2], quarters[0], quarters[1], quarters[2], quarters[3],
+          found[6], found[7], found[8], found[23]);
     }
   }
 }

@@ -1,4 +1,5 @@
-// Cavities of the deforming tissue: their volumes, what pressure in them does, and that members of a batch do not feel each other.
+// Cavities of the deforming tissue: their volumes, what pressure in them does, and that members of a batch do
+// not feel each other.
 #include <numbers>
 
 #include "tests/laws.hpp"
@@ -62,8 +63,8 @@ TEST(SolidCavity, VolumeOfAnEllipsoidConverges) {
       for (const double sum : torque) EXPECT_LT(std::abs(sum) / size, 1e-11);
     }
   }
-  std::printf("closed ellipsoid: error of the volume %.4f, %.4f, %.4f %% at 2, 1, 0.5 mm\n", 100 * errors[0], 100 * errors[1],
-              100 * errors[2]);
+  std::printf("closed ellipsoid: error of the volume %.4f, %.4f, %.4f %% at 2, 1, 0.5 mm\n", 100 * errors[0],
+              100 * errors[1], 100 * errors[2]);
   // Of first order, and small: what a cell holds of the other side is neglected below 5 %.
   EXPECT_LT(std::abs(errors[0]), 3e-3);
   EXPECT_LT(std::abs(errors[1]), 0.65 * std::abs(errors[0]));
@@ -74,7 +75,8 @@ TEST(SolidCavity, VolumeOfAnEllipsoidConverges) {
 TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
   const std::array<double, 3> axes = {7, 7, 17};
   const double exact = 2 * pi / 3 * axes[0] * axes[1] * axes[2];
-  SolidRun run(hollow(true, "neo_hookean", Precision::double_, false), both(ellipsoids(axes, 3, 1), base_at(0)));
+  SolidRun run(hollow(true, "neo_hookean", Precision::double_, false),
+               both(ellipsoids(axes, 3, 1), base_at(0)));
   ASSERT_EQ(run.solid->defect(0), "");
   const double volume = run.measured(run.at_rest()).volume_mm3;
   EXPECT_NEAR(volume / exact, 1, 2e-3);
@@ -85,20 +87,23 @@ TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
     return Vector{x[0] - X[0] + 5, x[1] - X[1] - 3, x[2] - X[2] + 4};
   });
   EXPECT_NEAR(run.measured(u).volume_mm3 / (determinant(F) * volume), 1, 1e-12);
-  // Pressure on the wall pushes it down by the lid's area, but for the blood in cells of the rim, which presses on its
-  // cell's part of the lid.
+  // Pressure on the wall pushes it down by the lid's area, but for the blood in cells of the rim, which
+  // presses on its cell's part of the lid.
   double of_cells = 0;
   for (std::size_t j = 0; j < run.mesh().item_cell.size(); ++j) {
     if (run.mesh().item_cell[j] < 0) continue;
-    if (std::abs(run.solid->centre(static_cast<std::size_t>(run.mesh().item_cell[j]))[2] + 0.5) > 1e-9) continue;
-    for (std::size_t g = 0; g < 4; ++g) of_cells += 0.25 * run.mesh().item_share[g * run.mesh().item_cell.size() + j];
+    if (std::abs(run.solid->centre(static_cast<std::size_t>(run.mesh().item_cell[j]))[2] + 0.5) > 1e-9)
+      continue;
+    for (std::size_t g = 0; g < 4; ++g)
+      of_cells += 0.25 * run.mesh().item_share[g * run.mesh().item_cell.size() + j];
   }
   const std::vector<double> g = volume_slope(run, run.at_rest());
   double push = 0;
   for (std::size_t a = 0; a < run.nodes(); ++a) push += g[2 * run.nodes() + a];
   EXPECT_GT(of_cells, 0.1 * pi * axes[0] * axes[1]);
   EXPECT_NEAR((of_cells - push) / (pi * axes[0] * axes[1]), 1, 5e-3);
-  // A rim that moves across its plane takes the lid with it: the volume grows by what the wall sweeps and the lid.
+  // A rim that moves across its plane takes the lid with it: the volume grows by what the wall sweeps and the
+  // lid.
   std::vector<double> moved[2] = {run.at_rest(), run.at_rest()}, rim = run.at_rest();
   for (std::size_t a = 0; a < run.nodes(); ++a) {
     if (!run.is_node(a) || std::abs(run.place(a)[2]) > 1e-9) continue;
@@ -113,8 +118,9 @@ TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
 // The pressure's forces are the slope of the volume: for motions that leave the lid in its plane.
 TEST(SolidCavity, PressuresForcesAreTheVolumesSlope) {
   for (const bool open : {false, true}) {
-    SolidRun run(hollow(open, "neo_hookean", Precision::double_, false),
-                 both(ellipsoids({7, 7, 12}, 3, 1, {0, 0, open ? 0.0 : 0.3}), open ? base_at(0) : Settings{}));
+    SolidRun run(
+        hollow(open, "neo_hookean", Precision::double_, false),
+        both(ellipsoids({7, 7, 12}, 3, 1, {0, 0, open ? 0.0 : 0.3}), open ? base_at(0) : Settings{}));
     double worst = 0;
     for (const unsigned seed : {1u, 2u, 3u}) {
       std::vector<double> u = run.random_field(0.15, seed), w = run.random_field(1, seed + 10);
@@ -130,14 +136,14 @@ TEST(SolidCavity, PressuresForcesAreTheVolumesSlope) {
       EXPECT_GT(std::abs(expected), 1);
       worst = std::max(worst, std::abs(found / expected - 1));
     }
-    std::printf("%s cavity: slope of the volume over the pressure's forces differs by %.1e\n", open ? "open" : "closed",
-                worst);
+    std::printf("%s cavity: slope of the volume over the pressure's forces differs by %.1e\n",
+                open ? "open" : "closed", worst);
     EXPECT_LT(worst, 1e-7);
   }
 }
 
-// Tissue under the pressure of its blood is in balance at the cavity's wall, cut cells too, in any state that the
-// law takes for a change of volume alone: each quarter's tissue and blood push as a whole one does.
+// Tissue under the pressure of its blood is in balance at the cavity's wall, cut cells too, in any state that
+// the law takes for a change of volume alone: each quarter's tissue and blood push as a whole one does.
 TEST(SolidCavity, BloodAndTissueOfOnePressureAreInBalance) {
   using K = Shape::Kind;
   Scene scene;
@@ -150,7 +156,8 @@ TEST(SolidCavity, BloodAndTissueOfOnePressureAreInBalance) {
   Settings set = {{"grid.dx_mm", 1}};
   for (const char* axis : {"x", "y", "z"}) {
     set.emplace_back(std::string("geometry.shapes.outer.box.size_mm.") + axis, 16);
-    set.emplace_back(std::string("geometry.shapes.inner.box.size_mm.") + axis, 6.5);  // blood: 1/4 of the last cells
+    set.emplace_back(std::string("geometry.shapes.inner.box.size_mm.") + axis,
+                     6.5);  // blood: 1/4 of the last cells
     set.emplace_back(std::string("geometry.shapes.inner.box.centre_mm.") + axis, 0);
     set.emplace_back(std::string("geometry.shapes.outer.box.centre_mm.") + axis, 0);
   }
@@ -165,7 +172,8 @@ TEST(SolidCavity, BloodAndTissueOfOnePressureAreInBalance) {
     Vector u = times(R, X);
     for (std::size_t k = 0; k < 3; ++k) u[k] = stretch * u[k] - X[k];
     return u;
-  }), {pressure});
+  }),
+                                           {pressure});
   double at_wall = 0;
   int cut = 0;
   for (std::size_t a = 0; a < run.nodes(); ++a) {
@@ -206,12 +214,14 @@ TEST(SolidBatch, MembersMoveAsAlone) {
       const std::vector<double> own = alone->solid->displacement(), state = alone->solid->state();
       const auto first = static_cast<std::size_t>(together->mesh().node_blocks[m]) * SolidMesh::block;
       const std::size_t count = alone->nodes() - SolidMesh::block;
-      ASSERT_EQ(count, static_cast<std::size_t>(together->mesh().node_blocks[m + 1]) * SolidMesh::block - first);
+      ASSERT_EQ(count,
+                static_cast<std::size_t>(together->mesh().node_blocks[m + 1]) * SolidMesh::block - first);
       EXPECT_GT(largest_of(own), 0.05);
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t a = 0; a < count; ++a)
           ASSERT_EQ(u[k * together->nodes() + first + a], own[k * alone->nodes() + SolidMesh::block + a]);
-      for (std::size_t k = 0; k < Solid::state_size; ++k) ASSERT_EQ(S[m * Solid::state_size + k], state[k]) << k;
+      for (std::size_t k = 0; k < Solid::state_size; ++k)
+        ASSERT_EQ(S[m * Solid::state_size + k], state[k]) << k;
     }
   }
 }

@@ -102,7 +102,8 @@ double rms_error(const SolidRun& run, const std::vector<double>& u, double t) {
   return std::sqrt(sum / count);
 }
 
-// Against the equations: the body force that keeps up the wave is that of the formulas, the surface is held on it.
+// Against the equations: the body force that keeps up the wave is that of the formulas, the surface is held
+// on it.
 double error_in_space(int cells, double end, int steps) {
   SolidRun run = wave_box(cells);
   const double dt = end / steps;
@@ -113,7 +114,8 @@ double error_in_space(int cells, double end, int steps) {
     for (std::size_t a = 0; a < run.nodes(); ++a) {
       if (!run.is_node(a) || !run.within_tissue(a)) continue;
       const Vector X = run.place(a), pull = Wave::divergence(X, t), acceleration = Wave::a(X, t);
-      for (std::size_t k = 0; k < 3; ++k) v[k * run.nodes() + a] += dt * (acceleration[k] - pull[k]);  // density 1
+      for (std::size_t k = 0; k < 3; ++k)
+        v[k * run.nodes() + a] += dt * (acceleration[k] - pull[k]);  // density 1
     }
     run.set(u, v, dt);
     run.step();
@@ -130,7 +132,8 @@ double error_in_space(int cells, double end, int steps) {
 
 TEST(SolidDynamics, SecondOrderInSpace) {
   constexpr double end = 1;  // ms
-  const std::vector<double> errors = {error_in_space(4, end, 20), error_in_space(8, end, 40), error_in_space(16, end, 80)};
+  const std::vector<double> errors = {error_in_space(4, end, 20), error_in_space(8, end, 40),
+                                      error_in_space(16, end, 80)};
   for (std::size_t i = 0; i < errors.size(); ++i)
     std::printf("dx %.3f mm: error %.3e mm%s\n", side / (4 << i), errors[i],
                 i ? (", order " + std::to_string(std::log2(errors[i - 1] / errors[i]))).c_str() : "");
@@ -138,7 +141,8 @@ TEST(SolidDynamics, SecondOrderInSpace) {
   EXPECT_GT(std::log2(errors[1] / errors[2]), 1.9);
 }
 
-// Against the equations of the grid: the body force is what the grid's own forces lack, so that time alone errs.
+// Against the equations of the grid: the body force is what the grid's own forces lack, so that time alone
+// errs.
 double error_in_time(double end, int steps) {
   SolidRun run = wave_box(4);
   const double dt = end / steps;
@@ -163,7 +167,8 @@ double error_in_time(double end, int steps) {
 
 TEST(SolidDynamics, SecondOrderInTime) {
   constexpr double end = 3;  // ms
-  const std::vector<double> errors = {error_in_time(end, 25), error_in_time(end, 50), error_in_time(end, 100)};
+  const std::vector<double> errors = {error_in_time(end, 25), error_in_time(end, 50),
+                                      error_in_time(end, 100)};
   for (std::size_t i = 0; i < errors.size(); ++i)
     std::printf("dt %.3f ms: error %.3e mm%s\n", end / (25 << i), errors[i],
                 i ? (", order " + std::to_string(std::log2(errors[i - 1] / errors[i]))).c_str() : "");
@@ -187,7 +192,8 @@ TEST(SolidDynamics, EnergyDriftsLittle) {
     run.solid->set_motion(run.field([](const Vector& X) {
       const double depth = -X[2] / 60;
       return Vector{12 * depth * depth, 5 * depth, 0};
-    }), run.at_rest());
+    }),
+                          run.at_rest());
     double first = 0, least = 1e30, most = 0, most_kinetic = 0;
     int steps = 0;
     for (double time = 0; time < 800;) {
@@ -208,9 +214,11 @@ TEST(SolidDynamics, EnergyDriftsLittle) {
       steps += 32;
     }
     const std::vector<double> S = run.solid->state();
-    std::printf("%s: %d cells, %d steps to %.1f ms, energy %.4f uJ, drift %.3f to %.3f %%, kinetic up to %.1f %%\n",
-                precision == Precision::double_ ? "double" : "single", run.mesh().tissue_cells[0], steps,
-                S[Solid::time], first, 100 * (least / first - 1), 100 * (most / first - 1), 100 * most_kinetic / first);
+    std::printf(
+        "%s: %d cells, %d steps to %.1f ms, energy %.4f uJ, drift %.3f to %.3f %%, kinetic up to %.1f %%\n",
+        precision == Precision::double_ ? "double" : "single", run.mesh().tissue_cells[0], steps,
+        S[Solid::time], first, 100 * (least / first - 1), 100 * (most / first - 1),
+        100 * most_kinetic / first);
     EXPECT_GE(S[Solid::time], 800);
     EXPECT_EQ(S[Solid::ended], static_cast<double>(SolidEnd::settled));
     EXPECT_GT(most_kinetic, 0.2 * first);
@@ -219,8 +227,8 @@ TEST(SolidDynamics, EnergyDriftsLittle) {
   }
 }
 
-// The patch test as a solve: the surface is held on an affine displacement, the inside starts elsewhere and comes
-// to rest on it.
+// The patch test as a solve: the surface is held on an affine displacement, the inside starts elsewhere and
+// comes to rest on it.
 TEST(SolidDynamics, TissueHeldOnAnAffineMotionComesToRestOnIt) {
   std::vector<Mechanics::Boundary> held;
   for (const char* face : {"x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"})
@@ -228,7 +236,10 @@ TEST(SolidDynamics, TissueHeldOnAnAffineMotionComesToRestOnIt) {
   Scene scene = box_of_tissue("neo_hookean", Precision::double_, held);
   scene.mechanics->quasi_static = true;
   Settings set = box_size(4, 4, 4, 1);
-  set.insert(set.end(), {{"mechanics.load.ramp_ms", 1e6}, {"mechanics.load.at_most_ms", 1e6}, {"mechanics.neo_hookean.mu_kPa", 50}, {"mechanics.bulk_modulus_kPa", 100}});
+  set.insert(set.end(), {{"mechanics.load.ramp_ms", 1e6},
+                         {"mechanics.load.at_most_ms", 1e6},
+                         {"mechanics.neo_hookean.mu_kPa", 50},
+                         {"mechanics.bulk_modulus_kPa", 100}});
   SolidRun run(std::move(scene), set);
   const Matrix G = {{{0.08, 0.05, -0.03}, {-0.04, -0.06, 0.07}, {0.02, 0.03, 0.05}}};
   const std::vector<double> affine = run.field([&](const Vector& X) { return times(G, X); });
