@@ -38,7 +38,7 @@ def simulate(options, dx):
 def deviation(z, low, high):
     """Relative to the nearer end of the range; 0 within."""
     nearer = min(max(z, low), high)
-    return (z - nearer) / nearer
+    return (abs(z) - abs(nearer)) / abs(nearer)
 
 
 def apices(rows, problem):
@@ -49,7 +49,8 @@ def apices(rows, problem):
         line = [f"{dx:g}"]
         for point in ("apex_endocardium", "apex_epicardium"):
             z = float(own[point]["z_mm"])
-            line += [f"{z:.3f}", f"{deviation(z, *REFERENCE[problem, point]):+.2%}"]
+            off = deviation(z, *REFERENCE[problem, point])
+            line += [f"{z:.3f}", f"{off:+.2%}" if off else "within"]
         first = own["apex_endocardium"]
         lines.append([*line, first["volume_mL"], first["device"], first["seconds"]])
     ends = [" to ".join(dict.fromkeys(f"{end:g}" for end in REFERENCE[problem, point])) for point in ("apex_endocardium", "apex_epicardium")]
