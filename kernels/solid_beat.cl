@@ -12,19 +12,17 @@ kernel void solid_beat(global const real *restrict parameters, global const real
                        global const wide *restrict numbers, global float *restrict pressures,
                        global float *restrict volumes, const int at_most, const int samples, const int all_node_blocks,
                        const int all_cell_blocks, const int measured, const real h, const real courant, const int odd) {
+  MEMBER_SCRATCH(scratch, NODE_SUMS);
 #ifdef GPU
-  local wide scratch[MEMBER_GROUP];
   const int member = get_group_id(0), item = get_local_id(0);
 #else
-  local wide *scratch = 0;
   const int member = get_global_id(0), item = 0;
 #endif
   global wide *S = state + member * MEMBER_STATE;
   if (S[ENDED] != 0) return;
   const int first = node_blocks[member], last = node_blocks[member + 1];
   wide sums[NODE_SUMS], mm3[CAVITIES];
-  for (int k = 0; k < NODE_SUMS; ++k)
-    sums[k] = member_sum(partial + (size_t)k * all_node_blocks, first, last, scratch);
+  member_sums(partial, NODE_SUMS, all_node_blocks, first, last, scratch, sums);
   for (int q = 0; q < CAVITIES; ++q)
     mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,
                         item_blocks[member * CAVITIES + q + 1] * SOLID_BLOCK, scratch);

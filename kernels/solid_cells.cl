@@ -1,5 +1,5 @@
 // Total Lagrangian elastodynamics on cut cells, matrix-free, explicit in time. A step is four launches:
-//   solid_forces, cavity_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
+//   solid_forces   forces of cells on their nodes; how cavities' volumes depend on their nodes
 //   solid_predict                 velocities without the cavities' pressures, and sums over nodes by block
 //   a member's kernel             solid_load (prescribed pressures) or the coupled circulation: the pressures, the next step
 //   solid_move                    velocities with the pressures, displacements
@@ -55,29 +55,30 @@ inline real3 apply(const Columns *F, real3 v) {
 }
 
 #if TENSION
-// Stretch along the fibres of a cell: root mean square over its points.
-inline real fibre_stretch(const Modes *m, global const real *restrict direction, int i, int stride) {
-  real sum = 0;
+// Stretch along the fibres of a cell: root mean square over its points, weighted as the active stress is, so that this has an
+// energy: with other weights the stress did work in a cycle, and single cut cells shook the valves late in systole.
+inline real fibre_stretch(const Modes *m, const real *quarter, global const real *restrict direction, int i, int stride) {
+  real sum = 0, all = 0;
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(m, point_offset(g));
     const real3 Ff = apply(&F, direction_at(direction, i, stride, g));
-    sum += dot(Ff, Ff);
+    sum += quarter[g] * dot(Ff, Ff);
+    all += quarter[g];
   }
-  return sqrt(R(0.25) * sum);
+  return sqrt(sum / all);
 }
 #endif
 
 // Forces (8, 3, cells) of cells on their nodes, mN. share (cells): of the cell in tissue, 0 in padding. direction (points, 3,
 // cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
 // law's states, the stretch of the step before, and the tension (kPa).
-kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+static inline void cell_forces(int i, global const real *restrict parameters, global const wide *restrict state,
                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
                          global const real *restrict share, global const uchar *restrict region,
                          global const real *restrict direction, global const real *restrict activation,
                          global real *restrict tension, global const real *restrict u,
                          global const real *restrict v, global real *restrict force, const int cells,
                          const int nodes_stride, const real h, const int odd) {
-  const int i = get_global_id(0);
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
@@ -91,7 +92,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
-  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   const real dt = S[STEP + odd];
   real since = activation[i] < 0 ? R(-1.0) : (real)(S[BEAT_TIME] - (wide)activation[i]);
   if (since < 0 && activation[i] >= 0 && S[BEAT] > 0) since += (real)S[BEAT_LENGTH];
@@ -150,8 +151,8 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 }
 
 // Area of a face by its corners, (integral of N_a n) for each; n points as dxi x deta. 2 x 2 Gauss points are exact. Returns the
-// integral of x . n.
-inline real face_areas(const real3 *x, real3 *area) {
+// integral of (w x) . n, w by component.
+inline real face_areas(const real3 *x, real3 w, real3 *area) {
   real flux = 0;
   for (int a = 0; a < 4; ++a) area[a] = (real3)(0);
   for (int g = 0; g < 4; ++g) {
@@ -159,23 +160,24 @@ inline real face_areas(const real3 *x, real3 *area) {
     const real weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
     const real3 n = R(0.25) * cross((1 - t) * (x[1] - x[0]) + t * (x[3] - x[2]), (1 - s) * (x[2] - x[0]) + s * (x[3] - x[1]));
     for (int a = 0; a < 4; ++a) area[a] += weight[a] * n;
-    flux += dot(weight[0] * x[0] + weight[1] * x[1] + weight[2] * x[2] + weight[3] * x[3], n);
+    flux += dot(w * (weight[0] * x[0] + weight[1] * x[1] + weight[2] * x[2] + weight[3] * x[3]), n);
   }
   return flux;
 }
 
 // What a cell of tissue adds to a cavity: its own blood, share chi of the cell, and the faces behind which blood alone
 // lies, each weighted. gradient (8, 3, items): derivative of the cavity's volume by the node's place, mm2. volume (items): mm3; the
-// faces' part is that of the cone over `lid` (members, CAVITIES, 3), a point of the plane in which the cavity is cut open.
+// faces' part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
+// open, and the weights of the field's components: none across the plane, so that a lid that moves there adds nothing.
 // item_faces (6, items): -x +x -y +y -z +z.
-kernel void cavity_forces(global const wide *restrict state, global const ushort *restrict member_of_item,
+static inline void cavity_forces(int j, global const wide *restrict state, global const ushort *restrict member_of_item,
                           global const int *restrict item_cell, global const uchar *restrict item_cavity,
                           global const real *restrict item_share, global const real *restrict item_faces,
                           global const int *restrict cell_nodes, global const real *restrict position,
                           global const real *restrict lid, global const real *restrict u,
                           global real *restrict gradient, global real *restrict volume, const int cells,
                           const int nodes_stride, const int items, const real h) {
-  const int j = get_global_id(0), i = item_cell[j];
+  const int i = item_cell[j];
   if (i < 0) return;
   const int member = member_of_item[j / SOLID_BLOCK];
   if (state[member * MEMBER_STATE + ENDED] != 0) return;
@@ -197,7 +199,8 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
   real total = h * h * h * J;
 
   real3 x[8];
-  const real3 origin = vload3(member * CAVITIES + item_cavity[j], lid);
+  const int cavity = member * CAVITIES + item_cavity[j];
+  const real3 origin = vload3(2 * cavity, lid), along = vload3(2 * cavity + 1, lid);
   for (int c = 0; c < 8; ++c) {
     const int a = nodes[c];
     x[c] = (real3)(position[a] + u[a], position[a + (size_t)nodes_stride] + u[a + (size_t)nodes_stride],
@@ -214,7 +217,7 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
     for (int a = 0; a < 4; ++a) y[a] = x[corner[a]];
     // dxi x deta points along +axis, but for axis y; blood's outward normal points into the cell.
     const real sign = ((axis == 1) == (face % 2 == 0)) ? -weight : weight;
-    total += sign * face_areas(y, area) / 3;
+    total += sign * face_areas(y, along, area);
     for (int a = 0; a < 4; ++a)
       for (int d = 0; d < 3; ++d) {
         const real part = d == 0 ? area[a].x : d == 1 ? area[a].y : area[a].z;
@@ -223,6 +226,31 @@ kernel void cavity_forces(global const wide *restrict state, global const ushort
   }
   volume[j] = total;
 }
+
+// Both in one launch, which would be two short ones: cells first, then items.
+kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
+                         global const ushort *restrict member_of, global const int *restrict cell_nodes,
+                         global const real *restrict share, global const uchar *restrict region,
+                         global const real *restrict direction, global const real *restrict activation,
+                         global real *restrict tension, global const real *restrict u,
+                         global const real *restrict v, global real *restrict force,
+                         global const ushort *restrict member_of_item, global const int *restrict item_cell,
+                         global const uchar *restrict item_cavity, global const real *restrict item_share,
+                         global const real *restrict item_faces, global const real *restrict position,
+                         global const real *restrict lid, global real *restrict gradient, global real *restrict volume,
+                         const int cells, const int nodes_stride, const int items, const real h, const int odd) {
+  const int i = get_global_id(0);
+  if (i < cells)
+    cell_forces(i, parameters, state, member_of, cell_nodes, share, region, direction, activation, tension, u, v, force,
+                cells, nodes_stride, h, odd);
+#if CAVITIES > 0
+  else
+    cavity_forces(i - cells, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes, position,
+                  lid, u, gradient, volume, cells, nodes_stride, items, h);
+#endif
+}
+
+#define TOGETHER R(1.25)
 
 // By block of cells (3, blocks): largest square of a wave's speed per unit of h (mm2/ms2), -(smallest mean volume ratio), strain
 // energy (uJ).
@@ -245,7 +273,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   const real J = mean_volume_ratio(&m, quarter);
   real speed2 = 0, energy = 0;
 #if TENSION
-  const real stretch = fibre_stretch(&m, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   real states[TENSION_STATES + 1];
   for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
   const real T = tension[i + (size_t)(TENSION_STATES + 1) * cells];
@@ -262,10 +290,12 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
     const symmetric S = law_stress(C, Jg, f, s, M);
-    const real bulk = M[M_bulk_modulus_kPa] * fmax(sym_largest(sym_cofactor(C)), R(0.0));
-    real stiffness = bulk + law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
+    // Of one cell: the mean pressure's stiffness is rank one, 4 kappa |cof F|^2 / (rho h^2) with the Frobenius norm (3 at rest);
+    // of the law, m (x) N alone is bounded, and several act at once.
+    real stiffness = M[M_bulk_modulus_kPa] * (dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z)) +
+                     TOGETHER * law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
 #if TENSION
-    stiffness += active;
+    stiffness += TOGETHER * active;
 #endif
     real square = stiffness / density;
 #ifdef VISCOUS
@@ -307,7 +337,8 @@ kernel void solid_measure(global const real *restrict parameters, global const w
 #ifdef GPU
   measure[SPEED_MEASURE] = largest_of_block(measure[SPEED_MEASURE], scratch);
   measure[COLLAPSE_MEASURE] = largest_of_block(measure[COLLAPSE_MEASURE], scratch);
-  measure[ENERGY_MEASURE] = sum_of_block(measure[ENERGY_MEASURE], scratch);
+  sums_of_block(measure + ENERGY_MEASURE, 1, scratch);
+  measure[ENERGY_MEASURE] = scratch[0];
   if (get_local_id(0) == 0)
 #endif
     for (int k = 0; k < CELL_MEASURES; ++k) partial[block + (size_t)k * blocks] = measure[k];

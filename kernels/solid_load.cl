@@ -35,11 +35,10 @@ kernel void solid_load(global const real *restrict parameters, global const real
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
                        global float *restrict series, const int samples, const real interval, const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
                        const real courant, const int odd) {
+  MEMBER_SCRATCH(scratch, 1);
 #ifdef GPU
-  local wide scratch[MEMBER_GROUP];
   const int member = get_group_id(0), item = get_local_id(0);
 #else
-  local wide *scratch = 0;
   const int member = get_global_id(0), item = 0;
 #endif
   global wide *S = state + member * MEMBER_STATE;

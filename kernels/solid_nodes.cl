@@ -25,11 +25,16 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
 
 // Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
 // s_qr = g_q . response(g_r) for q <= r.
+// FREE_SUM and LOADED_SUM stand where pressures are prescribed.
 #define KINETIC_SUM 0
-#define FREE_SUM 1
-#define LOADED_SUM 2
-#define SPRING_SUM 3
+#define SPRING_SUM 1
+#if BEATS
+#define RATE_SUM 2
+#else
+#define FREE_SUM 2
+#define LOADED_SUM 3
 #define RATE_SUM 4
+#endif
 #define COMPLIANCE_SUM (RATE_SUM + CAVITIES)
 #define NODE_SUMS (COMPLIANCE_SUM + CAVITIES * (CAVITIES + 1) / 2)
 
@@ -92,6 +97,7 @@ inline void predict_node(int a, global const wide *restrict S, global const int 
       for (int r = q; r < CAVITIES; ++r) sums[place++] += dot(g[q], moved[r]);
   }
 #endif
+#if !BEATS
   real3 free_force = f + loads;
   if (s >= 0) {
     const symmetric Q = support_part(supports, s, 2, support_stride);
@@ -100,6 +106,7 @@ inline void predict_node(int a, global const wide *restrict S, global const int 
   }
   sums[FREE_SUM] += dot(free_force, free_force);
   sums[LOADED_SUM] += dot(loads, loads);
+#endif
 }
 
 // Velocities without the cavities' pressures, in place; sums (NODE_SUMS, blocks).
@@ -112,7 +119,7 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
                           global real *restrict v, global real *restrict partial, const int cells, const int nodes,
                           const int support_stride, const int items, const int cavity_nodes, const int odd) {
 #ifdef GPU
-  local real scratch[SOLID_BLOCK];
+  local real scratch[NODE_SUMS * SOLID_BLOCK];
   const int a = get_global_id(0), block = get_group_id(0), blocks = nodes / SOLID_BLOCK;
 #else
   const int block = get_global_id(0), blocks = nodes / SOLID_BLOCK;
@@ -126,14 +133,13 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
 #endif
     predict_node(a, S, corners, inverse_mass, support_of, supports, cavity_of, cavity_corners, force, gradient,
                  cavity_gradient, u, v, cells, nodes, support_stride, items, cavity_nodes, odd, sums);
-  for (int k = 0; k < NODE_SUMS; ++k) {
 #ifdef GPU
-    const real total = sum_of_block(sums[k], scratch);
-    if (get_local_id(0) == 0) partial[block + (size_t)k * blocks] = total;
+  sums_of_block(sums, NODE_SUMS, scratch);
+  if (get_local_id(0) < NODE_SUMS)
+    partial[block + (size_t)get_local_id(0) * blocks] = scratch[get_local_id(0) * SOLID_BLOCK];
 #else
-    partial[block + (size_t)k * blocks] = sums[k];
+  for (int k = 0; k < NODE_SUMS; ++k) partial[block + (size_t)k * blocks] = sums[k];
 #endif
-  }
 }
 
 // Adds the pressures' impulses and moves the nodes.

@@ -66,7 +66,7 @@ void declare_beat(Scene& scene) {
 }
 
 struct Elastance {
-  double active, passive, start_ms, contraction_ms, relaxation_ms, unstressed_mL;
+  double active, passive, start_ms, contraction_ms, relaxation_ms, unstressed_mL, wall = 0;
 };
 
 // Regazzoni's, whose atria contract with the ventricles (0.9 s, modulo a beat of 0.8 s). Before ventricles of
@@ -79,10 +79,10 @@ Elastance default_elastance(const Scene& scene, Chamber chamber) {
     case Chamber::rv:
       return {0.200, 0.029, 100, 250, 400, 16};
     case Chamber::la:
-      return before_tissue ? Elastance{0.07, 0.15, 670, 100, 100, 4}
+      return before_tissue ? Elastance{0.25, 0.14, 85, 100, 110, 4, 0.006}
                            : Elastance{0.07, 0.18, 900, 170, 170, 4};
     case Chamber::ra:
-      return before_tissue ? Elastance{0.06, 0.07, 670, 100, 100, 4}
+      return before_tissue ? Elastance{0.15, 0.07, 50, 100, 100, 4, 0.008}
                            : Elastance{0.06, 0.07, 900, 170, 170, 4};
   }
   throw std::logic_error("unknown chamber");
@@ -109,6 +109,8 @@ void declare_chambers(Scene& scene) {
     table.add({root + "relaxation_ms", "ms", e.relaxation_ms, 1, 2000, "how long it falls", source});
     table.add(
         {root + "unstressed_volume_mL", "mL", e.unstressed_mL, 0, 500, "volume without pressure", source});
+    table.add({root + "wall_resistance_mmHg_s_per_mL", "mmHg s/mL", e.wall, 0, 10,
+               "of the wall to its own stretching: pressure by the rate of volume", source});
   }
 }
 
@@ -142,14 +144,15 @@ void declare_vessels(Scene& scene) {
   };
   const bool tissue = ventricles_of_tissue(scene);
   const std::array<Vessel, 4> vessels = {
-      {{0.733, 1.372, 0.005, regazzoni},
+      {{tissue ? 0.65 : 0.733, 1.372, 0.005, regazzoni},
        {0.32, 11.363, 0.0005, regazzoni},
-       {0.046, tissue ? 10. : 20., 0.0005, tissue ? before_ventricles : regazzoni},
-       {0.0015, 16, 0.0005, regazzoni}}};
+       {tissue ? 0.06 : 0.046, tissue ? 10. : 20., 0.0005, tissue ? before_ventricles : regazzoni},
+       // With 0.0015 the left atrium empties back into the veins at 3 Hz (solver/README.md).
+       {tissue ? 0.03 : 0.0015, 16, 0.0005, regazzoni}}};
   for (std::size_t k = 0; k < vessels.size(); ++k) {
     const std::string root = std::string("circulation.") + vessel_names[k];
     table.add({root + "_resistance_mmHg_s_per_mL", "mmHg s/mL", vessels[k].resistance, 1e-4, 50, "resistance",
-               regazzoni});
+               tissue ? before_ventricles : regazzoni});
     table.add({root + "_compliance_mL_per_mmHg", "mL/mmHg", vessels[k].compliance, 0.01, 500, "compliance",
                vessels[k].source});
     table.add({root + "_inertance_mmHg_s2_per_mL", "mmHg s2/mL", vessels[k].inertance, 0, 1,
@@ -188,7 +191,7 @@ void declare_start(Scene& scene) {
     table.add({root + "arterial_pressure_mmHg", "mmHg", 80, 0, 300, "pressure at the start", by_choice});
     return;
   }
-  const std::array<double, 4> pressures = tissue ? std::array<double, 4>{85, 33.5, 9.54, 8.47}
+  const std::array<double, 4> pressures = tissue ? std::array<double, 4>{85, 38, 11, 8}
                                                  : std::array<double, 4>{87.675, 35.898, 19.545, 15.004},
                               flows = tissue ? std::array<double, 4>{70.7, 90.5, 27, -128}
                                              : std::array<double, 4>{71.104, 94.039, 94.084, 473.279};

@@ -16,6 +16,8 @@ namespace {
 // Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
 // most.
 constexpr int steps_per_measure = 16;
+// A stretch of steps whose kernels are timed, behind the first looks: by then all are compiled.
+constexpr std::int64_t first_timed_step = 1024, timed_steps = 64;
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
 
@@ -209,6 +211,8 @@ bool Heartbeat::beat_alone(Clock::time_point start, double timeout_s) {
 bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
   Solid& solid = *solid_;
   for (std::int64_t step = 0;; ++step) {
+    if (step == first_timed_step) launcher_.profile(true);
+    if (step == first_timed_step + timed_steps) launcher_.profile(false);
     const bool measured = step % steps_per_measure == 0;
     if (measured) solid.measure(parameters_);
     solid.forces(parameters_);
@@ -227,8 +231,9 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
     bool running = false;
     for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size)
       running = running || state[k] == 0;
-    if (!running) return false;
-    if (seconds_since(start) > timeout_s) return true;
+    if (running && seconds_since(start) <= timeout_s) continue;
+    launcher_.profile(false);
+    return running;
   }
 }
 
@@ -256,7 +261,13 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   if (scene_.beats && !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));
-  const std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
+  std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
+  if (!features.empty()) {
+    features.insert(features.end(), {static_cast<float>(status.beats), status.difference});
+    if (!tissue.empty())
+      features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg, status.apart_mL,
+                                       static_cast<float>(tissue[Solid::smallest_J])});
+  }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()
 }
 

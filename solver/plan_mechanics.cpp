@@ -125,7 +125,7 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     module("mechanics", true,
            scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
            {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces",
-            "cavity_forces", "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
+            "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
            static_cast<std::size_t>(batch) * solid.bytes());
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", {}, 0);

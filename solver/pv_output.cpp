@@ -63,6 +63,17 @@ std::vector<double> displacement_times_ms(const Scene& scene) {
   return scene.displacement ? times_ms(scene, "outputs.displacement.rate_hz") : std::vector<double>();
 }
 
+std::vector<std::pair<std::string, std::string>> heart_check_names(const Scene& scene) {
+  if (!scene.circulation || !scene.pv) return {};
+  std::vector<std::pair<std::string, std::string>> names = {{"beats", "1"}, {"beat_difference", "1"}};
+  if (scene.mechanics)
+    names.insert(names.end(), {{"valve_switches", "1"},
+                               {"ringing_mmHg", "mmHg"},
+                               {"blood_apart_mL", "mL"},
+                               {"smallest_volume_ratio", "1"}});
+  return names;
+}
+
 std::vector<float> recorded_pv_features(const Scene& scene, const Recording& recording,
                                         std::span<const double> values) {
   if (!scene.pv) return {};

@@ -2,6 +2,7 @@
 
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solver/simulation.hpp"
@@ -22,6 +23,11 @@ double recorded_ms(const Scene& scene);
 /// is no sample, since the next beat begins there. Of an equilibrium (mechanics.quasi_static) one sample at 0.
 std::vector<double> pv_times_ms(const Scene& scene);
 std::vector<double> displacement_times_ms(const Scene& scene);
+
+/// Names and units of what a heart says of its own soundness, the last of layout()'s features: beats and the
+/// difference of the last two; with cavities of tissue the most switches of valves in a beat, pressure that
+/// alternates from step to step, blood of a cavity less its volume, and the smallest volume ratio of a cell.
+std::vector<std::pair<std::string, std::string>> heart_check_names(const Scene& scene);
 
 /// pv_features() of a member's recording; nothing where the scene records no pressure and volume. values: of
 /// the member, in table order.

@@ -33,6 +33,7 @@ Layout layout(const Scene& scene) {
   add(activation_feature_names(scene));
   if (scene.ecg) add(ecg_feature_names());
   if (scene.pv) add(pv_feature_names(result.compartments));
+  add(heart_check_names(scene));
   return result;
 }
 

@@ -19,7 +19,7 @@ namespace cohort {
 namespace {
 
 constexpr int samples_along_edge = 6, member_group = 256;
-constexpr double courant = 0.9;
+constexpr double courant = 0.95;
 
 template <typename T>
 cl::Buffer upload_new(Launcher& launcher, const std::vector<T>& host) {
@@ -102,13 +102,12 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
-             "MEMBER_GROUP=" + std::to_string(member_group)};
+             "MEMBER_GROUP=" + std::to_string(member_group), std::string("BEATS=") + (beats ? "1" : "0")};
   if (viscous) options.emplace_back("VISCOUS");
   program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
   forces_ = launcher.handle(program_, "solid_forces");
-  cavity_forces_ = launcher.handle(program_, "cavity_forces");
   predict_ = launcher.handle(program_, "solid_predict");
   member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
   move_ = launcher.handle(program_, "solid_move");
@@ -325,17 +324,14 @@ void Solid::activate(const std::vector<float>& times) {
 
 void Solid::forces(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
+  const std::size_t items = scene_.mechanics->cavities.empty() ? 0 : static_cast<std::size_t>(mesh_.items);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(forces_, cl::NDRange(cells), cl::NDRange(SolidMesh::block),
-            static_cast<double>(cells) * (33 + real * (1 + 12 + 24 + 3)), parameters, state_, member_of_cell_,
-            cell_nodes_, share_, region_, direction_, activation_, tension_, u_, v_, force_, mesh_.cells,
-            mesh_.nodes, Real{grid_.dx_mm}, odd_);
-  if (scene_.mechanics->cavities.empty()) return;
-  const auto items = static_cast<std::size_t>(mesh_.items);
-  launcher_(cavity_forces_, cl::NDRange(items), cl::NDRange(SolidMesh::block),
-            static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)), state_, member_of_item_,
-            item_cell_, item_cavity_, item_share_, item_faces_, cell_nodes_, position_, lid_, u_, gradient_,
-            volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm});
+  launcher_(forces_, cl::NDRange(cells + items), cl::NDRange(SolidMesh::block),
+            static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)) +
+                static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_, tension_, u_,
+            v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_, position_, lid_,
+            gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm}, odd_);
 }
 
 void Solid::predict() {

@@ -168,8 +168,10 @@ class MemberMesh {
     const int k = cavity_void_[q];
     std::array<double, 3> lid{};
     for (std::size_t axis = 0; axis < 3; ++axis) lid[axis] = origin_[axis] + 0.5 * h_ * n_[axis];
-    find_lid(q, lid);
+    const int across = find_lid(q, lid);
     mesh.lid.insert(mesh.lid.end(), lid.begin(), lid.end());
+    for (int axis = 0; axis < 3; ++axis)
+      mesh.lid.push_back(across < 0 ? 1.0 / 3 : axis == across ? 0.0 : 1.0 / 2);
     for (std::size_t cell = 0; cell < cells_; ++cell) {
       if (local_[cell] < 0) continue;
       std::array<double, 6> faces{};
@@ -196,8 +198,9 @@ class MemberMesh {
     mesh.item_blocks.push_back(mesh.items / SolidMesh::block);
   }
 
-  /// The plane in which a cavity's blood meets what is neither tissue nor its own.
-  void find_lid(std::size_t q, std::array<double, 3>& lid) {
+  /// The plane in which a cavity's blood meets what is neither tissue nor its own: the axis across it, -1 where
+  /// there is none.
+  int find_lid(std::size_t q, std::array<double, 3>& lid) {
     const int k = cavity_void_[q];
     int axis = -1, coordinate = 0;
     bool blood = false;
@@ -223,6 +226,7 @@ class MemberMesh {
     }
     if (!blood && defect_.empty())
       defect_ = "the cavity \"" + scene_.mechanics->cavities[q].name + "\" holds no cell";
+    return axis;
   }
 
   void append_surface(SolidMesh& mesh, std::size_t b) {
@@ -332,10 +336,9 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
       at(mesh.cell_nodes, corner, mesh.cells, cell) = node;
       at(mesh.corners, corner, mesh.nodes, node) = cell;
       mass[static_cast<std::size_t>(node)] +=
-          0.125 * volume *
-          std::max(0.25 * (at(mesh.share, 0, mesh.cells, cell) + at(mesh.share, 1, mesh.cells, cell) +
-                           at(mesh.share, 2, mesh.cells, cell) + at(mesh.share, 3, mesh.cells, cell)),
-                   floor);
+0.03125 * volume *
+          (std::max(at(mesh.share, 0, mesh.cells, cell), floor) + std::max(at(mesh.share, 1, mesh.cells, cell), floor) +
+           std::max(at(mesh.share, 2, mesh.cells, cell), floor) + std::max(at(mesh.share, 3, mesh.cells, cell), floor));
     }
   mesh.inverse_mass.resize(nodes);
   mesh.position.assign(3 * nodes, 0);
