@@ -88,6 +88,7 @@ Scene shapes() {
   bath.bath = true;
   scene.regions = {muscle, bath};
   scene.mechanics.emplace().cavities = {{"cavity", "s0"}};
+  scene.mechanics->quasi_static = true;
   return scene;
 }
 

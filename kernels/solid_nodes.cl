@@ -10,11 +10,14 @@ inline symmetric support_part(global const real *restrict supports, int s, int p
   return A;
 }
 
-// Velocity that an impulse gives to a node: (m (1 + alpha dt) + dt C)^-1, clamps projected out.
+// Velocity that an impulse gives to a node: (m (1 + alpha dt) + dt C + dt^2 K / 4)^-1, clamps projected out. Springs act on the mean
+// (u_n-1 + 2 u_n + u_n+1) / 4 (Newmark 1959, J. Eng. Mech. Div. 85(3):67, beta = 1/4): of second order, without damping, and no spring is
+// too stiff for the step.
 inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, int support,
                       global const real *restrict supports, int support_stride) {
   if (support < 0) return inverse_mass / growth * impulse;
-  const symmetric C = support_part(supports, support, 1, support_stride), Q = support_part(supports, support, 2, support_stride);
+  const symmetric K = support_part(supports, support, 0, support_stride), Q = support_part(supports, support, 2, support_stride);
+  const symmetric C = sym_fma(R(0.25) * dt, K, support_part(supports, support, 1, support_stride));
   const real k = inverse_mass * dt;
   const symmetric A = {growth + k * C.xx, growth + k * C.yy, growth + k * C.zz, k * C.yz, k * C.xz, k * C.xy};
   return sym_times(Q, sym_times(sym_cofactor(A), inverse_mass * sym_times(Q, impulse)) / sym_determinant(A));
@@ -56,18 +59,20 @@ inline void predict_node(int a, global const wide *restrict S, global const int 
     squares += dot(of_cell, of_cell);
   }
   const int s = support_of[a], j = cavity_of[a];
+  const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
+  real3 of_springs = (real3)(0);  // dt^2 K / 4 times the velocity before
   if (s >= 0) {
     const real3 place = (real3)(u[a], u[a + (size_t)nodes], u[a + 2 * (size_t)nodes]);
     const real3 spring = sym_times(support_part(supports, s, 0, support_stride), place);
     f -= spring;
+    if (S[HALT] == 0) of_springs = R(0.25) * dt * dt * sym_times(support_part(supports, s, 0, support_stride), old);
     sums[SPRING_SUM] += R(0.5) * dot(spring, place);
   }
-  const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
   // From rest a leapfrog starts with half an impulse: with a whole one, halting often amplifies the fastest modes.
   const bool halt = S[HALT] != 0;
   const real3 quenched = halt ? (real3)(0) : old;
   const real impulse = halt ? R(0.5) * dt : dt;
-  const real3 next = response(quenched / inverse + impulse * f, inverse, growth, dt, s, supports, support_stride);
+  const real3 next = response(quenched / inverse + of_springs + impulse * f, inverse, growth, dt, s, supports, support_stride);
   v[a] = next.x;
   v[a + (size_t)nodes] = next.y;
   v[a + 2 * (size_t)nodes] = next.z;

@@ -357,7 +357,7 @@ void declare_shapes(Scene& scene) {
 std::string shapes_source(const Scene& scene) {
   // Macros, for this source stands before the types that the functions use.
   std::string functions = "#define SHAPE_FUNCTIONS", regions = "#define SHAPE_REGIONS(visit)",
-              depths = "#define WALL_DEPTHS", shells = "#define WALL_SHELLS";
+              depths = "#define WALL_DEPTHS";
   std::string constant = "#define CONSTANT_FIBRES(region) (0";
   for (const Shape& shape : scene.shapes) {
     functions += " \\\n  real sd_shape_" + shape.name + "(real3 p, global const real *P) { return " +
@@ -380,14 +380,9 @@ std::string shapes_source(const Scene& scene) {
     } else {
       depths += " \\\n  case " + index + ": return (real2)(" + distance_of(between.operands[1]) + ", -" +
                 first + ");";
-      const Shape &outer = find(scene, between.operands[0]), &inner = find(scene, between.operands[1]);
-      if (between.operands.size() == 2 && outer.kind == Kind::ellipsoid && inner.kind == Kind::ellipsoid)
-        shells += " \\\n  case " + index + ": return ellipsoid_shell(p, " + vector(scene, inner, "centre_mm") +
-                  ", " + vector(scene, inner, "semi_axes_mm") + ", " + vector(scene, outer, "centre_mm") +
-                  ", " + vector(scene, outer, "semi_axes_mm") + ");";
     }
   }
-  return functions + "\n" + regions + "\n" + depths + "\n" + shells + "\n" + constant + ")\n";
+  return functions + "\n" + regions + "\n" + depths + "\n" + constant + ")\n";
 }
 
 Extent shapes_extent(const Scene& scene, std::span<const double> values) {

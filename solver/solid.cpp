@@ -385,9 +385,10 @@ void Solid::build_supports(std::span<const Member> members) {
   supports_ = std::max<int>(1, static_cast<int>(supports.size()));
   std::vector<double> fields(18 * static_cast<std::size_t>(supports_), 0);
   for (std::size_t s = 0; s < supports.size(); ++s) {
-    const Matrix dashpot = projected(supports[s].projector, supports[s].dashpot);
+    const Matrix stiffness = projected(supports[s].projector, supports[s].stiffness),
+                 dashpot = projected(supports[s].projector, supports[s].dashpot);
     for (std::size_t k = 0; k < 6; ++k) {
-      fields[k * static_cast<std::size_t>(supports_) + s] = supports[s].stiffness[k];
+      fields[k * static_cast<std::size_t>(supports_) + s] = stiffness[k];
       fields[(6 + k) * static_cast<std::size_t>(supports_) + s] = dashpot[k];
       fields[(12 + k) * static_cast<std::size_t>(supports_) + s] = supports[s].projector[k];
     }

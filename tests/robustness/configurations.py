@@ -18,6 +18,9 @@ OTHERWISE = {
     "niederer": ["grid.dx_mm=1", "time.end_ms=5"],
     "reentry": ["grid.dx_mm=2"],
     "restitution": ["grid.dx_mm=0.5"],
+    "land_inflation": ["grid.dx_mm=2"],
+    "land_contraction": ["grid.dx_mm=2"],
+    "arostica": ["grid.dx_mm=8"],
 }
 ONE_BEAT = ["grid.dx_mm=6", "time.beats.at_most=1", "campaign.members=2"]
 INSTEAD = {
@@ -48,9 +51,13 @@ def failure(cohort, config, store):
         activated = [i for i, name in enumerate(names) if name.startswith("activated")]
         if activated and not (file["features"][:, activated] > 0).any():
             return "no tissue is activated"
-        if "pv" in file and not all(numpy.isfinite(file[path][:]).all() and numpy.ptp(file[path][:], axis=2).min() > 0
+        if "pv" in file and not all(numpy.isfinite(file[path][:]).all() and
+                                    (file[path].shape[2] == 1 or numpy.ptp(file[path][:], axis=2).min() > 0)
                                     for path in ("pv/pressure", "pv/volume")):
             return "a pressure or a volume is constant or not finite"
+        if "displacement" in file and not (numpy.isfinite(file["displacement"][:]).all() and
+                                           numpy.abs(file["displacement"][:]).max() > 0):
+            return "nothing moves, or a displacement is not finite"
         if "ecg" not in file and not activated and "pv" not in file:
             return "nothing is recorded"
     return None

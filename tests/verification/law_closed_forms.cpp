@@ -167,6 +167,17 @@ kernel void pressure(global const real *P, global const real *in, global real *o
     EXPECT_NEAR(p[i], 500 * (J[i] - 1 / J[i]), 1e-9);
     EXPECT_NEAR(p[i], 1000 * (J[i] - 1) * (1 - (J[i] - 1) / (2 * J[i])), 1e-9);
   }
+  // The energy's derivative.
+  const std::vector<double> slope =
+      run_solid(scene, Precision::double_, R"(
+kernel void slope(global const real *P, global const real *in, global real *out, const int count) {
+  const int i = get_global_id(0);
+  const real h = 1e-5;
+  if (i < count) out[i] = (law_volume_energy(in[i] + h, 1000) - law_volume_energy(in[i] - h, 1000)) / (2 * h);
+}
+)",
+                "slope", solid_values(scene, {}), J, J.size(), static_cast<int>(J.size()));
+  for (std::size_t i = 0; i < J.size(); ++i) EXPECT_NEAR(slope[i], p[i], 1e-6 * std::abs(p[i]) + 1e-5) << J[i];
   EXPECT_NEAR(p[2] - p[1], 500 * 0.0002 * 101, 0.01);
   EXPECT_NEAR(p[0], 500 * (0.1 - 10) - 500 * 0.6 * 101, 1e-9);
 }
