@@ -273,7 +273,7 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));
   std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
-  if (!features.empty()) {
+  if (scene_.circulation && !features.empty()) {
     features.insert(features.end(), {static_cast<float>(status.beats), status.difference});
     if (!tissue.empty())
       features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg,
