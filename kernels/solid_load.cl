@@ -67,7 +67,10 @@ kernel void solid_load(global const real *restrict parameters, global const real
   S[RESIDUAL] = residual;
   S[HALTED] = S[HALT];  // of the step under way
   S[SINCE_HALT] += 1;
-  S[HALT] = still && S[SINCE_HALT] > FEWEST_STEPS_TO_HALT && kinetic < S[KINETIC] ? 1 : 0;
+  // A halt comes two steps behind the peak of the kinetic energy, and takes nothing from a mode that then turns back. With a fixed number of
+  // steps the same fast mode can do so at every halt, for ever.
+  const int fewest = FEWEST_STEPS_TO_HALT + (int)S[STEPS_DONE] % 4;
+  S[HALT] = still && S[SINCE_HALT] > fewest && kinetic < S[KINETIC] ? 1 : 0;
   if (S[HALT] != 0) S[SINCE_HALT] = 0;
   S[KINETIC] = S[HALT] != 0 ? 0 : kinetic;
   if (still && full && residual < loads.z) S[ENDED] = TISSUE_SETTLED;

@@ -14,6 +14,7 @@ import sys
 import tempfile
 
 import h5py
+import numpy as np
 
 COHORT, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 SMALL = """scene:
@@ -176,6 +177,7 @@ def mechanics(folder):
         places = all(b" at (" in reason and b"region wall" in reason for reason in store["members/reason"][broken])
         times = store["members/failed_at_ms"][broken]
         good = (calm | broken).all() and broken.any() and calm.any() and pressures[broken].min() > pressures[calm].max() and places and (times > 0).all() and (times < 20).all()
+        good = good and not np.isnan(store["pv/volume"][calm]).any() and not np.isnan(store["pv/pressure"][calm]).any()
         check("the calm members are done, the others are unstable with time and place", good,
               f"{store['status'][:]} {store['members/reason'][:]} {store['members/failed_at_ms'][:]}")
 
