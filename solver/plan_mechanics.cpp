@@ -115,6 +115,12 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     plan.bytes += runs ? bytes : 0;
   };
   if (scene.mechanics) {
+    const MechanicsText text = mechanics_text(scene);
+    if (!scene.mechanics->tension.empty() && text.tension.drive != MaterialFile::Drive::none)
+      throw std::invalid_argument(
+          "mechanics.tension: " + scene.mechanics->tension + " is driven by the cells' " +
+          (text.tension.drive == MaterialFile::Drive::calcium ? "calcium" : "potential") +
+          ", which tissue that deforms does not get yet; twitch follows the activation times");
     Device& device = launcher.device();
     const Grid grid = solid_grid(scene, plan);
     plan.viscous = viscous(scene, base.values) ||

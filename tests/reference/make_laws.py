@@ -18,7 +18,7 @@ def guccione(C, f, s):
     E = frame @ ((C - np.eye(3)) / 2) @ frame.T
     Q = (8 * E[0, 0] ** 2 + 3 * (E[1, 1] ** 2 + E[2, 2] ** 2 + E[1, 2] ** 2 + E[2, 1] ** 2)
          + 4 * (E[0, 1] ** 2 + E[1, 0] ** 2 + E[0, 2] ** 2 + E[2, 0] ** 2))
-    return 0.8 / 2 * (np.exp(Q) - 1)
+    return 4 / 2 * (np.exp(Q) - 1)
 
 
 def isochoric(C):

@@ -18,11 +18,11 @@ TEST(Mechanics, DeclaresItsParameters) {
                              {"pericardium", "epicardium", Mechanics::Boundary::Kind::spring_normal}}};
   declare_parameters(scene);
   const auto value = [&](const char* path) { return scene.parameters.value(path); };
-  EXPECT_EQ(value("mechanics.guccione.C_kPa"), 0.8);
+  EXPECT_EQ(value("mechanics.guccione.C_kPa"), 4);
   EXPECT_EQ(value("mechanics.boundary.ring.stiffness_kPa_per_mm"), 0.5);
   EXPECT_EQ(value("mechanics.boundary.pericardium.stiffness_kPa_per_mm"), 0.1);
   EXPECT_EQ(scene.parameters.find("mechanics.boundary.floor.stiffness_kPa_per_mm"), -1);
-  EXPECT_EQ(value("mechanics.inflation.rv_pressure_mmHg"), 3.8);
+  EXPECT_EQ(value("mechanics.inflation.rv_pressure_mmHg"), 1.5);
   EXPECT_EQ(scene.parameters.find("mechanics.cavities.lv.pressure_kPa"), -1);
   // Own values of a region inherit, and stand in a row as M expects them.
   std::vector<double> values = scene.parameters.values();
@@ -30,7 +30,7 @@ TEST(Mechanics, DeclaresItsParameters) {
   scene.parameters.resolve(values);
   const MechanicsText text = mechanics_text(scene);
   const std::size_t of_rv = static_cast<std::size_t>(scene.parameters.index("mechanics.regions.rv.C_kPa"));
-  EXPECT_EQ(values[of_rv], 0.8);
+  EXPECT_EQ(values[of_rv], 4);
   EXPECT_NE(text.generated.find("#define M_peak_kPa 4\n"), std::string::npos);
   EXPECT_EQ(values[of_rv + 4], 90);
   EXPECT_NE(text.generated.find("#define M_viscosity_kPa_ms 14\n"), std::string::npos);

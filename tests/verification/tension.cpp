@@ -181,26 +181,26 @@ TEST(Bestel, FollowsItsEquation) {
 
 TEST(Twitch, IsItsFormula) {
   const auto formula = [](double t, double stretch, double duration) {
-    const double rise = std::tanh(t / 65), fall = std::tanh((duration - t) / 40);
+    const double rise = std::tanh(t / 58), fall = std::tanh((duration - t) / 35);
     return t < 0 || t > duration
                ? 0
-               : 125 * rise * rise * fall * fall * std::max(0.0, std::tanh(2 * (stretch - 0.7)));
+               : 205 * rise * rise * fall * fall * std::max(0.0, std::tanh(2 * (stretch - 0.7)));
   };
   for (const Precision precision : {Precision::double_, Precision::single_}) {
     const Series series =
         run("twitch", {.stretch = breathing, .activation_ms = 30, .beat_ms = 800}, 0.5, precision);
     for (double t = 0.5; t <= 800; t += 0.5)
-      EXPECT_NEAR(series.at(t), formula(t - 30, breathing(t), 425),
+      EXPECT_NEAR(series.at(t), formula(t - 30, breathing(t), 430),
                   precision == Precision::double_ ? 1e-11 : 1e-4);
   }
   // A beat of 400 ms shortens it: it ends as smoothly, where it would be cut 25 ms before its end.
   const Series brief = run("twitch", {.beat_ms = 400, .end_ms = 400}, 0.5);
-  EXPECT_NEAR(brief.at(399.5), 0, 0.02);
+  EXPECT_NEAR(brief.at(399.5), 0, 1.6e-4 * 205);
   EXPECT_NEAR(brief.at(300), formula(300, 1, 400), 1e-11);
-  EXPECT_GT(formula(400, 1, 425), 20);
+  EXPECT_GT(formula(400, 1, 430), 20);
   // It goes on over the end of a beat, 100 ms after an activation late in it.
   const Series late = run("twitch", {.activation_ms = 700, .beat_ms = 800, .end_ms = 1000}, 0.5);
-  EXPECT_NEAR(late.at(900), formula(200, 1, 425), 1e-11);
+  EXPECT_NEAR(late.at(900), formula(200, 1, 430), 1e-11);
   EXPECT_EQ(late.at(650), 0);
   // No stretch below the zero of length pulls.
   EXPECT_EQ(maximum(run("twitch", {.stretch = [](double) { return 0.6; }}, 1).T), 0);
@@ -218,8 +218,8 @@ TEST(Twitch, FeelsVelocityBehindItsLag) {
         run("twitch", course, dt, Precision::double_, set), 800,
         [&](double t, const auto& y) { return std::array<double, 1>{(breathing_rate(t) - y[0]) / lag}; },
         [&](double t, const auto& y) {
-          const double rise = std::tanh(t / 65), fall = std::tanh(std::max(425 - t, 0.0) / 40);
-          return 125 * rise * rise * fall * fall * std::tanh(2 * (breathing(t) - 0.7)) * hill(y[0], v, a);
+          const double rise = std::tanh(t / 58), fall = std::tanh(std::max(430 - t, 0.0) / 35);
+          return 205 * rise * rise * fall * fall * std::tanh(2 * (breathing(t) - 0.7)) * hill(y[0], v, a);
         });
     std::printf("| twitch with velocity | double, dt %.1f ms | error over peak | %.2e |\n", dt, error);
     EXPECT_LT(error, 1e-3 * dt);
