@@ -93,7 +93,7 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
   const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
   const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
-  const real dt = S[STEP + odd];
+  const real dt = S[STEP + 1 - odd];  // of the step behind
   real since = activation[i] < 0 ? R(-1.0) : (real)(S[BEAT_TIME] - (wide)activation[i]);
   if (since < 0 && activation[i] >= 0 && S[BEAT] > 0) since += (real)S[BEAT_LENGTH];
   real states[TENSION_STATES + 1];

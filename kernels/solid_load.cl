@@ -73,7 +73,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
   S[HALT] = still && S[SINCE_HALT] > fewest && kinetic < S[KINETIC] ? 1 : 0;
   if (S[HALT] != 0) S[SINCE_HALT] = 0;
   S[KINETIC] = S[HALT] != 0 ? 0 : kinetic;
-  if (still && full && residual < loads.z) S[ENDED] = TISSUE_SETTLED;
+  if (S[ENDED] == 0 && still && full && S[STEP + odd] > 0 && residual < loads.z) S[ENDED] = TISSUE_SETTLED;
   if (!isfinite((real)kinetic) || !isfinite((real)free_force)) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
   if (time + dt >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;

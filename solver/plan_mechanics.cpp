@@ -38,8 +38,10 @@ void warn_of_solid(const Scene& scene, const Solid& solid) {
     const double cells = thin_wall_cells(solid.mesh(), solid.grid(), cavities.size(), 0, q);
     if (cells < enough)
       spdlog::warn(
-          "mechanics.cavities.{}: a quarter of the wall is thinner than {:.1f} cells ({:.1f} mm at {} mm): with "
-          "1.0 the default heart's smallest volume is 7 % too large; make mechanics.dx_mm or grid.dx_mm smaller",
+          "mechanics.cavities.{}: a quarter of the wall is thinner than {:.1f} cells ({:.1f} mm at {} mm): "
+          "with "
+          "1.0 the default heart's smallest volume is 7 % too large; make mechanics.dx_mm or grid.dx_mm "
+          "smaller",
           cavities[q].name, cells, cells * solid.grid().dx_mm, solid.grid().dx_mm);
   }
 }
@@ -115,6 +117,13 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
   };
   if (scene.mechanics) {
     const MechanicsText text = mechanics_text(scene);
+    if (scene.circulation && scene.mechanics->cavities.empty())
+      throw std::invalid_argument(
+          "mechanics.cavities: beside a circulation some chamber is tissue; name it, or leave mechanics out");
+    if (!scene.mechanics->tension.empty() && excites(scene) && plan.activation != ActivationMethod::eikonal)
+      throw std::invalid_argument(
+          "electrophysiology.activation: tissue that deforms follows the arrival times of eikonal; " +
+          method_name(plan.activation) + " does not reach it yet");
     if (!scene.mechanics->tension.empty() && text.tension.drive != MaterialFile::Drive::none)
       throw std::invalid_argument(
           "mechanics.tension: " + scene.mechanics->tension + " is driven by the cells' " +

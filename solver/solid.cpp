@@ -253,6 +253,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
     };
     mass_damping.push_back(value("damping_per_ms"));
     state[m * state_size + Slot::beat_time] = scene_.circulation ? -1 : 0;
+    constexpr double endless = 1e9;  // ms: without a circulation nothing comes again
+    state[m * state_size + Slot::beat_length] = endless;
     state[m * state_size + Slot::damping] = scene_.mechanics->quasi_static ? 0 : mass_damping.back();
     if (!scene_.circulation)
       for (const Mechanics::Cavity& cavity : scene_.mechanics->cavities)
