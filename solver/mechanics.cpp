@@ -135,8 +135,7 @@ void declare_cavities(Scene& scene) {
   }
   const std::string inflation = root + "inflation.";
   table.add({inflation + "duration_ms", "ms", 120, 1, 1e5,
-             "from no pressure to that of the first beat's begin",
-             "measured: 20 to 40 ms jolt"});
+             "from no pressure to that of the first beat's begin", "measured: 20 to 40 ms jolt"});
   table.add({inflation + "damping_per_ms", "1/ms", 0.15, 0, 100, "damping of the mass meanwhile", measured});
   for (const Mechanics::Cavity& cavity : mechanics.cavities) {
     constexpr double left = 4.2, right = 1.5;  // where a periodic beat begins, before the atria contract
@@ -169,7 +168,8 @@ void declare_mechanics(Scene& scene) {
       {root + "density_mg_per_mm3", "mg/mm3", 1.06, 1e-3, 100, "mass of tissue in a volume", "muscle: 1.06"});
   table.add({root + "damping_per_ms", "1/ms", 0.02, 0, 100, "damping of the mass in beats",
              "measured: 0 is stable too"});
-  Parameter dx{root + "dx_mm", "mm", 0, 0, 20, "edge of a cell of the mechanics' grid; 0: that of the scene", "the scene"};
+  Parameter dx{root + "dx_mm", "mm", 0, 0, 20, "edge of a cell of the mechanics' grid; 0: that of the scene",
+               "the scene"};
   dx.structural = true;
   table.add(dx);
   if (!scene.circulation) declare_load(scene);

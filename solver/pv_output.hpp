@@ -20,7 +20,8 @@ std::vector<std::string> pv_compartments(const Scene& scene);
 double recorded_ms(const Scene& scene);
 
 /// Sample times of pressure and volume, and of displacement (ms), from the start of what is recorded; its end
-/// is no sample, since the next beat begins there. Of an equilibrium (mechanics.quasi_static) one sample at 0.
+/// is no sample, since the next beat begins there. Of an equilibrium (mechanics.quasi_static) one sample at
+/// 0.
 std::vector<double> pv_times_ms(const Scene& scene);
 std::vector<double> displacement_times_ms(const Scene& scene);
 

@@ -135,8 +135,7 @@ class Solid {
       position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
       cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
       pressures_, inflation_, damping_;
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_,
-      measure_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_;
 };
 
 }  // namespace cohort

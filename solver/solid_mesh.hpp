@@ -38,8 +38,8 @@ struct SolidMesh {
   std::vector<std::uint8_t> item_cavity;
   std::vector<double> item_share;  ///< (4, items)
   std::vector<double> item_faces;  ///< (6, items)
-  std::vector<double> lid;         ///< (members, cavities, 6) a point of its plane, mm; kernels/solid_cells.cl
-  std::vector<int> cavity_of;      ///< (nodes) place among cavities' nodes, -1 for others
+  std::vector<double> lid;     ///< (members, cavities, 6) a point of its plane, mm; kernels/solid_cells.cl
+  std::vector<int> cavity_of;  ///< (nodes) place among cavities' nodes, -1 for others
   int cavity_nodes = 0;
   std::vector<int> cavity_corners;  ///< (cavities, 8, cavity_nodes) item of which the node is corner c, or -1
   // Surfaces: of each boundary condition, the area vector of its nodes, away from the tissue.

@@ -35,7 +35,7 @@ void Excitation::advance(double time_ms, const TimeSteps& steps, bool first) {
 // Nothing in it waits for the device but the fetch of samples that were taken one fetch ago, and the turns to
 // and from the profiling queue, one fetch in sixteen.
 void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
-                              std::span<Recording* const> recordings, double timeout_s) {
+                       std::span<Recording* const> recordings, double timeout_s) {
   const double end_ms = recorded_ms(scene), interval = sampling_interval_ms(scene);
   constexpr double rounding = 1e-9;
   const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));

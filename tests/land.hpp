@@ -18,8 +18,8 @@ inline Apex land(const std::string& problem, double dx_mm, std::vector<std::stri
   // (points, 3, one sample); the apices are the first two points, at -17 and -20 mm before any load.
   EXPECT_EQ(recording.displacement.size() % 3, 0u);
   return {-17 + static_cast<double>(recording.displacement.at(2)),
-          -20 + static_cast<double>(recording.displacement.at(5)), static_cast<double>(recording.volume.at(0)),
-          static_cast<double>(recording.pressure.at(0))};
+          -20 + static_cast<double>(recording.displacement.at(5)),
+          static_cast<double>(recording.volume.at(0)), static_cast<double>(recording.pressure.at(0))};
 }
 
 }  // namespace cohort::test

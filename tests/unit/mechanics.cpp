@@ -82,7 +82,8 @@ TEST(Mechanics, PlansNoUnstableSolid) {
     FAIL();
   } catch (const std::invalid_argument& error) {
     EXPECT_EQ(std::string(error.what()),
-              "mechanics.mooney_rivlin: region \"tissue\": the law mooney_rivlin is unstable at rest: its shear modulus, 2 (c1_kPa + "
+              "mechanics.mooney_rivlin: region \"tissue\": the law mooney_rivlin is unstable at rest: its "
+              "shear modulus, 2 (c1_kPa + "
               "c2_kPa), is -0.4 "
               "kPa; it must be positive");
   }

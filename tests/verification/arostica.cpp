@@ -1,4 +1,5 @@
-// Arostica et al. 2025, Comput. Methods Appl. Mech. Eng. 435:117485, the monoventricle of configs/arostica.yaml on a coarse grid.
+// Arostica et al. 2025, Comput. Methods Appl. Mech. Eng. 435:117485, the monoventricle of
+// configs/arostica.yaml on a coarse grid.
 #include <cmath>
 #include <numbers>
 
@@ -29,21 +30,28 @@ TEST(Arostica, FillsUnderThePrescribedPressure) {
   ASSERT_EQ(recording.volume.size(), 200u);
   ASSERT_EQ(recording.displacement.size(), 2u * 3 * 200);
   for (const int ms : {50, 100, 150, 199})
-    EXPECT_NEAR(recording.pressure[static_cast<std::size_t>(ms)] / 7.50061683 * 1000, pressure_Pa(1e-3 * ms), 0.001 * pressure_Pa(1e-3 * ms)) << ms;
+    EXPECT_NEAR(recording.pressure[static_cast<std::size_t>(ms)] / 7.50061683 * 1000, pressure_Pa(1e-3 * ms),
+                0.001 * pressure_Pa(1e-3 * ms))
+        << ms;
   // Volume of the cut ellipsoid: pi a^2 (2 c / 3 + h - h^3 / (3 c^2)).
-  const double c = 90, h = 90. * 5 / 17, volume = std::numbers::pi * 625 * (2 * c / 3 + h - h * h * h / (3 * c * c)) / 1000;
+  const double c = 90, h = 90. * 5 / 17,
+               volume = std::numbers::pi * 625 * (2 * c / 3 + h - h * h * h / (3 * c * c)) / 1000;
   EXPECT_NEAR(recording.volume[0], volume, 0.01 * volume);
   EXPECT_GT(recording.volume[150], recording.volume[0] + 1);
   // The base moves away from the apex as the ventricle fills.
-  const auto along_axis = [&](std::size_t point, std::size_t ms) { return recording.displacement[(point * 3 + 2) * 200 + ms]; };
+  const auto along_axis = [&](std::size_t point, std::size_t ms) {
+    return recording.displacement[(point * 3 + 2) * 200 + ms];
+  };
   EXPECT_EQ(along_axis(0, 0), 0);
   EXPECT_GT(along_axis(0, 150), 0.3f);
-  for (std::size_t ms = 1; ms < 200; ++ms) EXPECT_LT(std::abs(along_axis(0, ms) - along_axis(0, ms - 1)), 0.5f) << ms;
+  for (std::size_t ms = 1; ms < 200; ++ms)
+    EXPECT_LT(std::abs(along_axis(0, ms) - along_axis(0, ms - 1)), 0.5f) << ms;
 }
 
 // What a viscous neighbour does to the step and the kernels does not reach others.
 TEST(Arostica, ABatchChangesNothing) {
-  const Campaign campaign = read_campaign(std::string(COHORT_SOURCE_DIR) + "/configs/arostica.yaml", {"grid.dx_mm=8", "time.end_ms=20"});
+  const Campaign campaign = read_campaign(std::string(COHORT_SOURCE_DIR) + "/configs/arostica.yaml",
+                                          {"grid.dx_mm=8", "time.end_ms=20"});
   Member viscous{0, campaign.scene.parameters.values()}, other{1, viscous.values};
   campaign.scene.parameters.resolve(viscous.values);
   other.values[static_cast<std::size_t>(campaign.scene.parameters.index("mechanics.viscosity_kPa_ms"))] = 0;

@@ -288,7 +288,8 @@ TEST(Circulation, RefusesWhatCannotBeat) {
   int positive = 0;
   for (const Parameter& parameter : scene.parameters.all())
     for (const char* kind : {"resistance", "compliance", "passive_elastance", "contraction_ms", "length_ms"})
-      if (parameter.path.find(kind) != std::string::npos && !parameter.path.ends_with("wall_resistance_mmHg_s_per_mL")) {
+      if (parameter.path.find(kind) != std::string::npos &&
+          !parameter.path.ends_with("wall_resistance_mmHg_s_per_mL")) {
         EXPECT_GT(parameter.lower, 0) << parameter.path;
         ++positive;
       }

@@ -1,5 +1,6 @@
-// Land et al. 2015, Proc. R. Soc. A 471:20150641, problems 2 and 3, as the campaigns of configs/ state them. Apex positions of a public
-// finite-element code, which lie within 0.5 % of the groups' finest solutions: tests/reference/land2015.yaml.
+// Land et al. 2015, Proc. R. Soc. A 471:20150641, problems 2 and 3, as the campaigns of configs/ state them.
+// Apex positions of a public finite-element code, which lie within 0.5 % of the groups' finest solutions:
+// tests/reference/land2015.yaml.
 #include "tests/land.hpp"
 
 namespace cohort {
@@ -31,7 +32,8 @@ TEST(Land, ContractionComesToThePublishedApex) {
   EXPECT_GT(coarse.volume_mL, fine.volume_mL);
 }
 
-// The tissue is at rest when the campaigns say so: ten times less force out of balance moves no apex by 0.01 mm.
+// The tissue is at rest when the campaigns say so: ten times less force out of balance moves no apex by 0.01
+// mm.
 TEST(Land, TheResidualIsSmallEnough) {
   for (const char* problem : {"inflation", "contraction"})
     for (const double dx : {2.0, 1.0}) {
@@ -43,7 +45,8 @@ TEST(Land, TheResidualIsSmallEnough) {
 
 // A point beyond the tissue is told before the run.
 TEST(Land, APointOutsideTheTissueIsRefused) {
-  EXPECT_THROW(land("inflation", 2, {"outputs.displacement.points.apex_epicardium_mm=[0, 0, -32]"}), std::invalid_argument);
+  EXPECT_THROW(land("inflation", 2, {"outputs.displacement.points.apex_epicardium_mm=[0, 0, -32]"}),
+               std::invalid_argument);
 }
 
 }  // namespace

@@ -177,7 +177,8 @@ kernel void slope(global const real *P, global const real *in, global real *out,
 }
 )",
                 "slope", solid_values(scene, {}), J, J.size(), static_cast<int>(J.size()));
-  for (std::size_t i = 0; i < J.size(); ++i) EXPECT_NEAR(slope[i], p[i], 1e-6 * std::abs(p[i]) + 1e-5) << J[i];
+  for (std::size_t i = 0; i < J.size(); ++i)
+    EXPECT_NEAR(slope[i], p[i], 1e-6 * std::abs(p[i]) + 1e-5) << J[i];
   EXPECT_NEAR(p[2] - p[1], 500 * 0.0002 * 101, 0.01);
   EXPECT_NEAR(p[0], 500 * (0.1 - 10) - 500 * 0.6 * 101, 1e-9);
 }
