@@ -223,7 +223,7 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
     const bool measured = step % steps_per_measure == 0;
     if (measured) solid.measure(parameters_);
     solid.forces(parameters_);
-    solid.predict();
+    solid.predict(measured);
     if (circulation_)
       solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);
     else

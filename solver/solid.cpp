@@ -20,7 +20,7 @@ namespace cohort {
 
 namespace {
 
-constexpr int samples_along_edge = 6, member_group = 256;
+constexpr int samples_along_edge = 6, member_group = 128;
 constexpr double courant = 0.95;
 constexpr int mode_iterations = 150;  // of the fastest mode, from a start without order
 
@@ -159,6 +159,18 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   first_slot_ = upload_new(launcher_, mesh_.first_slot);
   node_slots_ = upload_new(launcher_, mesh_.node_slots);
   cavity_block_ = upload_new(launcher_, mesh_.cavity_block);
+  std::vector<int> ends;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    int end = mesh_.node_blocks[m + 1];
+    while (end > mesh_.node_blocks[m] && mesh_.cavity_block[n(end - 1)] == 0) --end;
+    ends.push_back(end);
+  }
+  cavity_ends_ = upload_new(launcher_, ends);
+  std::vector<int> moving;
+  for (int b = 0; b < mesh_.nodes / SolidMesh::block; ++b)
+    if (!scene_.circulation || mesh_.cavity_block[n(b)] != 0) moving.push_back(b);
+  moving_blocks_ = static_cast<int>(moving.size());
+  moving_ = upload_new(launcher_, moving);
   item_cell_ = upload_new(launcher_, mesh_.item_cell);
   item_cavity_ = upload_new(launcher_, mesh_.item_cavity);
   item_share_ = reals(mesh_.item_share);
@@ -189,7 +201,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   force_ = reals(std::vector<double>(3 * mesh_.slot_node.size(), 0));
   pulls_ = reals(std::vector<double>(n(mesh_.cells / SolidMesh::block), 0));
   gradient_ = reals(std::vector<double>(24 * n(mesh_.items), 0));
-  volume_ = reals(std::vector<double>(n(mesh_.items), 0));
+  volume_ = reals(std::vector<double>(n(mesh_.items / SolidMesh::block), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
   std::vector<double> tension(n(tension_states_ + 2) * n(mesh_.cells), 0);
@@ -261,7 +273,7 @@ void Solid::forces(const cl::Buffer& parameters) {
       odd_);
 }
 
-void Solid::predict() {
+void Solid::predict(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
@@ -272,7 +284,7 @@ void Solid::predict() {
             state_, member_of_node_, first_slot_, node_slots_, inverse_mass_, support_of_, support_,
             cavity_block_, cavity_of_, cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_,
             node_sums_, static_cast<int>(mesh_.slot_node.size()), mesh_.nodes, supports_, mesh_.items,
-            mesh_.cavity_nodes, odd_);
+            mesh_.cavity_nodes, odd_, measured ? 1 : 0);
 }
 
 void Solid::load(bool measured) {
@@ -292,17 +304,17 @@ void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulat
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
             0.0, parameters, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
-            item_blocks_, inflation_, damping_, state_, circulation.states(), circulation.statuses(),
-            circulation.clock(), circulation.pressure_buffer(), circulation.volume_buffer(),
-            circulation.at_most(), samples, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block,
-            measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
+            item_blocks_, cavity_ends_, inflation_, damping_, state_, circulation.states(),
+            circulation.statuses(), circulation.clock(), circulation.pressure_buffer(),
+            circulation.volume_buffer(), circulation.at_most(), samples, mesh_.nodes / SolidMesh::block,
+            mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
-  const auto nodes = static_cast<std::size_t>(mesh_.nodes);
+  const auto nodes = static_cast<std::size_t>(moving_blocks_ * SolidMesh::block);
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(move_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), static_cast<double>(nodes) * real * 10,
-            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_block_, cavity_of_,
+            moving_, state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_block_, cavity_of_,
             cavity_gradient_, u_, v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
   odd_ = 1 - odd_;
 }

@@ -33,7 +33,8 @@ class Solid {
   /// Activation times of the cells in the order of mesh(), ms; negative without.
   void activate(const std::vector<float>& times);
   void forces(const cl::Buffer& parameters);
-  void predict();
+  /// measured: of a beating heart kinetic energy and that of springs as well.
+  void predict(bool measured);
   /// Member's kernel for prescribed pressures.
   void load(bool measured);
   /// Member's kernel of a beating heart: inflation, then the circulation with the tissue's cavities.
@@ -129,7 +130,7 @@ class Solid {
   std::size_t samples_;  ///< of cavities under prescribed pressures
   bool wide_, viscous_, sheets_ = false;
   SolidMesh mesh_;
-  int supports_ = 0;
+  int supports_ = 0, moving_blocks_ = 0;
   std::vector<int> free_motions_;
   cl::Program program_;
   cl::Buffer parameters_, series_;
@@ -137,9 +138,9 @@ class Solid {
   cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_,
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
       position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
-      node_slots_, cavity_block_, pulls_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
-      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_,
-      inflation_, damping_, cell_bounds_, speeds_;
+      node_slots_, cavity_block_, cavity_ends_, moving_, pulls_, inverse_mass_, support_of_, support_,
+      cavity_of_, cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_,
+      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_;
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
       wave_start_, wave_cells_, wave_nodes_, wave_member_;
 };

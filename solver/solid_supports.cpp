@@ -179,6 +179,14 @@ void Solid::build_supports(std::span<const Member> members) {
     });
     free_motions_.push_back(count_free_motions(mesh_, held));
   }
+  // In the order of nodes.
+  std::vector<Support> sorted;
+  for (int& place : support_of)
+    if (place >= 0) {
+      sorted.push_back(supports[static_cast<std::size_t>(place)]);
+      place = static_cast<int>(sorted.size()) - 1;
+    }
+  supports = std::move(sorted);
   supports_ = std::max<int>(1, static_cast<int>(supports.size()));
   std::vector<double> fields(18 * static_cast<std::size_t>(supports_), 0);
   for (std::size_t s = 0; s < supports.size(); ++s) {
