@@ -220,6 +220,7 @@ void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
     else
       read_cavities(*cavities, scene, mechanics, mistakes);
   }
+  if (heart) mechanics.boundary = default_heart_boundary(mechanics);
   if (Node* boundary = take_map(*node, "boundary", mistakes)) {
     mechanics.boundary.clear();
     for (Node::Entry& entry : boundary->entries) {

@@ -2,6 +2,9 @@
 // next step. First the cavities are inflated with the loop at rest, then it beats. One work-group (a work-item on CPUs) is
 // a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.cl and chamber_of_cavity[] from the host.
 
+// Those of two cavities go at once, in 14 KiB of local memory; 16 of four cavities would take 32.
+#define SUMS_AT_ONCE (NODE_SUMS < 8 ? NODE_SUMS : 8)
+
 // inflation (members, 2 + CAVITIES): duration ms, damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
 kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
                        global const real *restrict measures, global const real *restrict volume,
@@ -12,7 +15,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
                        global const wide *restrict numbers, global float *restrict pressures,
                        global float *restrict volumes, const int at_most, const int samples, const int all_node_blocks,
                        const int all_cell_blocks, const int measured, const real h, const real courant, const int odd) {
-  MEMBER_SCRATCH(scratch, NODE_SUMS);
+  MEMBER_SCRATCH(scratch, SUMS_AT_ONCE);
 #ifdef GPU
   const int member = get_group_id(0), item = get_local_id(0);
 #else
@@ -22,7 +25,9 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   if (S[ENDED] != 0) return;
   const int first = node_blocks[member], last = node_blocks[member + 1];
   wide sums[NODE_SUMS], mm3[CAVITIES];
-  member_sums(partial, NODE_SUMS, all_node_blocks, first, last, scratch, sums);
+  for (int k = 0; k < NODE_SUMS; k += SUMS_AT_ONCE)
+    member_sums(partial + (size_t)k * all_node_blocks, min(SUMS_AT_ONCE, NODE_SUMS - k), all_node_blocks, first, last, scratch,
+                sums + k);
   for (int q = 0; q < CAVITIES; ++q)
     mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,
                         item_blocks[member * CAVITIES + q + 1] * SOLID_BLOCK, scratch);

@@ -5,6 +5,7 @@
 
 #include "solver/cell_models.hpp"
 #include "solver/kernel_declarations.hpp"
+#include "solver/mechanics_structure.hpp"
 
 namespace cohort {
 
@@ -183,9 +184,14 @@ void declare_mechanics(Scene& scene) {
     if (region.bath) continue;
     for (const Group& group : all)
       for (Parameter p : group.parameters) {
+        const std::string bare = p.path;
         p.inherits = group.path + p.path;
         p.path = root + "regions." + region.name + "." + p.path;
         p.value = inherited;
+        if (const auto own = atrial_default(scene, region.name, bare)) {
+          p.value = *own;
+          p.source = "chosen: solver/README.md, atria of tissue";
+        }
         table.add(p);
       }
   }
@@ -235,6 +241,11 @@ MechanicsText mechanics_text(const Scene& scene) {
   text.files = {"symmetric.clh", "laws.clh", "laws/" + mechanics.law + ".cl"};
   if (active) text.files.insert(text.files.end(), {"tension.clh", "tension/" + mechanics.tension + ".cl"});
   return text;
+}
+
+double solid_dx_mm(const Scene& scene) {
+  const double own = scene.parameters.value(root + "dx_mm");
+  return own > 0 ? own : scene.parameters.value("grid.dx_mm");
 }
 
 bool viscous(const Scene& scene, std::span<const double> values) {
