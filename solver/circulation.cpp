@@ -70,14 +70,16 @@ struct Elastance {
 };
 
 // Regazzoni's, whose atria contract with the ventricles (0.9 s, modulo a beat of 0.8 s). Before ventricles of
-// tissue the atria contract before them.
+// tissue the atria contract before them, and behind atria of tissue, which the sinus node's wave contracts,
+// the ventricles after them.
 Elastance default_elastance(const Scene& scene, Chamber chamber) {
   const bool before_tissue = ventricles_of_tissue(scene);
+  const double start = is_tissue(scene, Chamber::la) || is_tissue(scene, Chamber::ra) ? 180 : 100;
   switch (chamber) {
     case Chamber::lv:
-      return {4.482, 0.170, 100, 250, 400, 42};
+      return {4.482, 0.170, start, 250, 400, 42};
     case Chamber::rv:
-      return {0.200, 0.029, 100, 250, 400, 16};
+      return {0.200, 0.029, start, 250, 400, 16};
     case Chamber::la:
       return before_tissue ? Elastance{0.25, 0.14, 85, 100, 110, 4, 0.006}
                            : Elastance{0.07, 0.18, 900, 170, 170, 4};

@@ -49,8 +49,10 @@ std::optional<double> atrial_default(const Scene& scene, const std::string& regi
   if (scene.geometry != GeometryKind::heart || !deforming_walls(*scene.mechanics).atria()) return {};
   if (region != "la" && region != "ra" && region != "bachmann") return {};
   const bool right = region == "ra";
-  const std::map<std::string, double> twitch = {
-      {"peak_kPa", right ? 50 : 80}, {"rise_ms", 40}, {"decay_ms", 40}, {"duration_ms", 180}};
+  const std::map<std::string, double> twitch = {{"peak_kPa", right ? 50 : 80},
+                                                {"rise_ms", right ? 60 : 70},
+                                                {"decay_ms", right ? 40 : 50},
+                                                {"duration_ms", right ? 210 : 230}};
   const std::map<std::string, double> guccione = {{"C_kPa", right ? 4 : 8}};
   for (const auto& [material, numbers] : {std::pair("twitch", twitch), std::pair("guccione", guccione)})
     if (scene.mechanics->law == material || scene.mechanics->tension == material)
