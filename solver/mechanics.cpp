@@ -119,6 +119,20 @@ void declare_load(Scene& scene) {
              "norm of the forces not in balance over that of the pressures' forces", "solver/README.md");
 }
 
+// Where a label map's walls end.
+void declare_planes(Scene& scene) {
+  const auto plane = [&](const char* name, double value, const char* meaning, const char* source) {
+    Parameter p{root + name, "mm", value, -100, 100, meaning, source};
+    p.structural = true;
+    scene.parameters.add(p);
+  };
+  plane("base_mm", 0, "height at which the ventricles' walls are cut; the next face of the grid",
+        "the atrioventricular plane of the map's frame");
+  if (deforming_walls(*scene.mechanics).atria())
+    plane("atrial_base_mm", 4, "height at which the atria's walls begin; at least a cell above the base",
+          "the plate of the schematic heart");
+}
+
 void declare_cavities(Scene& scene) {
   const Mechanics& mechanics = *scene.mechanics;
   ParameterTable& table = scene.parameters;
@@ -173,6 +187,7 @@ void declare_mechanics(Scene& scene) {
                "the scene"};
   dx.structural = true;
   table.add(dx);
+  if (scene.geometry == GeometryKind::labels) declare_planes(scene);
   if (!scene.circulation) declare_load(scene);
   const std::vector<Group> all = groups(*scene.mechanics);
   for (const Group& group : all)

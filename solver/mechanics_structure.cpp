@@ -46,7 +46,9 @@ Mechanics default_heart_mechanics(bool windkessel) {
 }
 
 std::optional<double> atrial_default(const Scene& scene, const std::string& region, const std::string& name) {
-  if (scene.geometry != GeometryKind::heart || !deforming_walls(*scene.mechanics).atria()) return {};
+  if (scene.geometry == GeometryKind::shapes || scene.geometry == GeometryKind::box ||
+      !deforming_walls(*scene.mechanics).atria())
+    return {};
   if (region != "la" && region != "ra" && region != "bachmann") return {};
   const bool right = region == "ra";
   const std::map<std::string, double> twitch = {{"peak_kPa", right ? 50 : 80},
@@ -62,7 +64,7 @@ std::optional<double> atrial_default(const Scene& scene, const std::string& regi
 
 std::vector<std::string> boundary_surfaces(const Scene& scene) {
   std::vector<std::string> names;
-  if (scene.geometry == GeometryKind::heart) {
+  if (scene.geometry == GeometryKind::heart || scene.geometry == GeometryKind::labels) {
     const DeformingWalls walls =
         scene.mechanics ? deforming_walls(*scene.mechanics) : DeformingWalls{true, false, false};
     if (walls.ventricles) names = {"base", "epicardium", "lv_endocardium", "rv_endocardium"};

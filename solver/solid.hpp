@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 namespace cohort {
 
 class LumpedCirculation;
+struct SolidLabels;
 
 /// How a member's tissue ended; kernels/solid.clh.
 enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
@@ -113,6 +115,7 @@ class Solid {
   };
 
  private:
+  SolidParts find_parts(const cl::Buffer& parameters);
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
   void build_supports(std::span<const Member> members);
   cl::Buffer reals(const std::vector<double>& host);
@@ -124,6 +127,7 @@ class Solid {
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
   std::size_t samples_;  ///< of cavities under prescribed pressures
   bool wide_, sheets_ = false;
+  std::shared_ptr<const SolidLabels> labels_;  ///< geometry `labels`: what its cells hold
   SolidMesh mesh_;
   int supports_ = 0;
   std::vector<int> free_motions_;

@@ -62,6 +62,7 @@ std::vector<std::string> shape_voids(const Scene& scene) {
 std::vector<std::string> solid_voids(const Scene& scene) {
   switch (scene.geometry) {
     case GeometryKind::heart:
+    case GeometryKind::labels:
       return heart_voids(scene);
     case GeometryKind::box:
       return box_voids;
@@ -74,7 +75,6 @@ std::vector<std::string> solid_voids(const Scene& scene) {
         if (side_of_tissue(scene, boundary.surface) == 0)
           throw std::invalid_argument("the shape \"" + boundary.surface + "\" does not bound the tissue");
       return shape_voids(scene);
-    case GeometryKind::labels:
     case GeometryKind::none:
       break;
   }
@@ -84,7 +84,7 @@ std::vector<std::string> solid_voids(const Scene& scene) {
 int void_of_surface(const Scene& scene, const std::string& surface) {
   const std::vector<std::string> voids = solid_voids(scene);
   const std::string endocardium = "_endocardium";
-  if (scene.geometry == GeometryKind::heart && surface.ends_with(endocardium))
+  if (scene.geometry != GeometryKind::shapes && surface.ends_with(endocardium))
     return index_of(voids, surface.substr(0, surface.size() - endocardium.size()));
   return index_of(voids, surface);
 }
@@ -96,12 +96,13 @@ int void_of_cavity(const Scene& scene, const Mechanics::Cavity& cavity) {
 std::vector<std::string> solid_part_files(const Scene& scene) {
   switch (scene.geometry) {
     case GeometryKind::heart:
-      return {"solid_parts_heart.clh"};
+      return {"solid_parts_heart.clh", "solid_setup.cl"};
     case GeometryKind::box:
-      return {"solid_parts_box.clh"};
+      return {"solid_parts_box.clh", "solid_setup.cl"};
     case GeometryKind::shapes:
-      return {"solid_parts_shapes.clh"};
+      return {"solid_parts_shapes.clh", "solid_setup.cl"};
     case GeometryKind::labels:
+      return {"solid_label_fibres.cl"};
     case GeometryKind::none:
       break;
   }
