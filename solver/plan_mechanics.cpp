@@ -160,11 +160,14 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     result.seconds_per_member =
         result.steps *
         (device.info().gpu ? std::max(gpu_step_s / batch, gpu_cell_s * cells) : cpu_cell_s * cells);
+    std::vector<std::string> kernels = {"solid_parts", "solid_vertex_voids", "solid_fibres"};
+    if (scene.geometry == GeometryKind::labels) kernels = {"solid_label_fibres"};
+    for (const char* name : {"solid_measure", "solid_forces", "solid_predict",
+                             scene.circulation ? "solid_beat" : "solid_load", "solid_move"})
+      kernels.emplace_back(name);
     module("mechanics", true,
            scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
-           {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces",
-            "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
-           static_cast<std::size_t>(batch) * solid.bytes());
+           kernels, static_cast<std::size_t>(batch) * solid.bytes());
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
   }

@@ -72,6 +72,8 @@ class Solid {
   void set_state(const std::vector<double>& state);
   /// Field (3, nodes).
   std::vector<double> displacement();
+  /// Fibres, then wall normals where the law reads them: (points, 3, cells) each.
+  std::vector<double> directions();
   std::vector<double> velocity();
   void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
   /// Where a material point of a member lies: nodes and weights of its cell, or of the nearest one.

@@ -1,0 +1,67 @@
+// The beating heart with four chambers of tissue (configs/whole_heart.yaml) against what is normal in healthy
+// adults: at 4 mm on a CPU, at 2 mm on a GPU. Minutes on a CPU.
+#include "tests/heart_run.hpp"
+
+namespace cohort::test {
+namespace {
+
+const std::string whole = "whole_heart.yaml";
+
+TEST(HeartAtria, BeatAsThoseOfAHealthyAdult) {
+  const Beat beat = test::beat({at(spacing())}, {}, whole)[0];
+  ASSERT_EQ(beat.recording.outcome, Outcome::done) << beat.recording.reason;
+  expect_healthy(beat);
+  for (const char* name : {"beats", "beat_difference", "valve_switches", "ringing_mmHg", "blood_apart_mL",
+                           "smallest_volume_ratio"})
+    std::printf("%-36s %9.4f\n", name, beat.feature.at(name));
+  EXPECT_LE(beat.feature.at("beat_difference"), 0.01);
+  EXPECT_GE(beat.feature.at("valve_switches"), 8);
+  EXPECT_LE(beat.feature.at("valve_switches"), 20);
+  EXPECT_LE(beat.feature.at("ringing_mmHg"), 0.2);
+  EXPECT_LE(beat.feature.at("blood_apart_mL"), 1e-4 * beat.feature.at("lv_edv_mL"));
+  EXPECT_GE(beat.feature.at("smallest_volume_ratio"), 0.5);
+  // Atria contract before the ventricles: the left one's least pressure after its contraction lies in
+  // ventricular systole, and it empties twice, early in diastole and by contraction.
+  const std::size_t samples = beat.recording.volume.size() / 6;
+  const auto volume = [&](std::size_t chamber, std::size_t ms) {
+    return static_cast<double>(beat.recording.volume[chamber * samples + ms]);
+  };
+  for (const std::size_t atrium : {2, 3}) {
+    const auto first = beat.recording.volume.begin() + static_cast<std::ptrdiff_t>(atrium * samples);
+    const auto least = static_cast<std::size_t>(std::min_element(first + 100, first + 300) - first);
+    EXPECT_GT(volume(atrium, 40) - volume(atrium, least), 5) << "of contraction";
+    const auto fullest = static_cast<std::size_t>(std::max_element(first + 300, first + 700) - first);
+    EXPECT_GT(volume(atrium, fullest) - volume(atrium, fullest + 60), 5) << "early in diastole";
+  }
+}
+
+TEST(HeartAtria, DoNotDependOnTheirNeighbour) {
+  const std::vector<std::string> coarse = {at(6), "time.beats.at_most=1", "time.beats.length_ms=250"};
+  const std::vector<std::pair<std::string, double>> other = {{"mechanics.regions.la.peak_kPa", 20},
+                                                             {"geometry.heart.la_radius_mm.y", 24}};
+  const std::vector<Beat> both = beat(coarse, other, whole);
+  const Beat alone = beat(coarse, {}, whole)[0];
+  ASSERT_EQ(alone.recording.outcome, Outcome::done) << alone.recording.reason;
+  EXPECT_EQ(both[0].recording.pressure, alone.recording.pressure);
+  EXPECT_EQ(both[0].recording.volume, alone.recording.volume);
+  ASSERT_EQ(both[1].recording.outcome, Outcome::done) << both[1].recording.reason;
+  const std::size_t end_of_la = alone.recording.volume.size() / 6 * 3 - 1;
+  EXPECT_GT(std::abs(both[1].recording.volume[end_of_la] - alone.recording.volume[end_of_la]), 1);
+}
+
+// One atrium of tissue in a loop of elastances.
+TEST(HeartAtria, OneByItselfBeatsWithElastances) {
+  const Beat beat =
+      test::beat({at(4), "mechanics.cavities=[la]", "time.beats.at_most=2", "time.beats.until_periodic=1"},
+                 {}, whole)[0];
+  ASSERT_EQ(beat.recording.outcome, Outcome::done) << beat.recording.reason;
+  for (const char* name : {"lv_edv_mL", "lv_ef_percent", "la_volume_max_mL", "la_mean_mmHg",
+                           "la_figure_of_eight", "valve_switches", "blood_apart_mL"})
+    std::printf("%-36s %9.4f\n", name, beat.feature.at(name));
+  EXPECT_EQ(beat.feature.at("la_figure_of_eight"), 1);
+  EXPECT_LE(beat.feature.at("valve_switches"), 20);
+  EXPECT_LE(beat.feature.at("blood_apart_mL"), 0.01);
+}
+
+}  // namespace
+}  // namespace cohort::test
