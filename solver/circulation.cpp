@@ -197,12 +197,16 @@ void declare_start(Scene& scene) {
                                                  : std::array<double, 4>{87.675, 35.898, 19.545, 15.004},
                               flows = tissue ? std::array<double, 4>{90, 109.5, 91, 139}
                                              : std::array<double, 4>{71.104, 94.039, 94.084, 473.279};
+  // Behind the veins an atrium of tissue is at rest; a flow that begins at once would jolt it.
+  const std::array<bool, 4> into_tissue = {false, is_tissue(scene, Chamber::ra), false,
+                                           is_tissue(scene, Chamber::la)};
   for (std::size_t k = 0; k < 4; ++k) {
     std::string name = vessel_names[k];
     std::replace(name.begin(), name.end(), '.', '_');
     table.add(
         {root + name + "_pressure_mmHg", "mmHg", pressures[k], -20, 300, "pressure at the start", source});
-    table.add({root + name + "_flow_mL_per_s", "mL/s", flows[k], -5000, 5000, "flow at the start", source});
+    table.add({root + name + "_flow_mL_per_s", "mL/s", into_tissue[k] ? 0 : flows[k], -5000, 5000,
+               "flow at the start", source});
   }
 }
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "solver/cell_models.hpp"
+#include "solver/circulation.hpp"
 #include "solver/kernel_declarations.hpp"
 #include "solver/mechanics_structure.hpp"
 
@@ -153,7 +154,9 @@ void declare_cavities(Scene& scene) {
              "from no pressure to that of the first beat's begin", "measured: 20 to 40 ms jolt"});
   table.add({inflation + "damping_per_ms", "1/ms", 0.15, 0, 100, "damping of the mass meanwhile", measured});
   for (const Mechanics::Cavity& cavity : mechanics.cavities) {
-    constexpr double left = 4.2, right = 1.5;  // where a periodic beat begins, before the atria contract
+    // Where a periodic beat begins, before the atria contract: with ventricles of tissue, or of elastance.
+    const bool ventricles = is_tissue(scene, Chamber::lv) || is_tissue(scene, Chamber::rv);
+    const double left = ventricles ? 4.2 : 15, right = ventricles ? 1.5 : 6;
     table.add({inflation + cavity.name + "_pressure_mmHg", "mmHg",
                cavity.name.starts_with("r") ? right : left, 0, 200, "pressure to which it is inflated",
                measured});

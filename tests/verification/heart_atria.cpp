@@ -52,7 +52,7 @@ TEST(HeartAtria, DoNotDependOnTheirNeighbour) {
 // One atrium of tissue in a loop of elastances.
 TEST(HeartAtria, OneByItselfBeatsWithElastances) {
   const Beat beat =
-      test::beat({at(4), "mechanics.cavities=[la]", "time.beats.at_most=2", "time.beats.until_periodic=1"},
+      test::beat({at(4), "mechanics.cavities=[la]", "time.beats.at_most=8", "time.beats.until_periodic=0.02"},
                  {}, whole)[0];
   ASSERT_EQ(beat.recording.outcome, Outcome::done) << beat.recording.reason;
   for (const char* name : {"lv_edv_mL", "lv_ef_percent", "la_volume_max_mL", "la_mean_mmHg",
