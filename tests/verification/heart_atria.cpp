@@ -1,6 +1,8 @@
 // The beating heart with four chambers of tissue (configs/whole_heart.yaml) against what is normal in healthy
 // adults: at 4 mm on a CPU, at 2 mm on a GPU. Minutes on a CPU.
+#include "solver/mechanics_structure.hpp"
 #include "tests/heart_run.hpp"
+#include "tests/solid_run.hpp"
 
 namespace cohort::test {
 namespace {
@@ -61,6 +63,50 @@ TEST(HeartAtria, OneByItselfBeatsWithElastances) {
   EXPECT_EQ(beat.feature.at("la_figure_of_eight"), 1);
   EXPECT_LE(beat.feature.at("valve_switches"), 20);
   EXPECT_LE(beat.feature.at("blood_apart_mL"), 0.01);
+}
+
+// Thin walls under the pressures of a full atrium (9 and 4.5 mmHg): what a grid of one cell to a wall gets
+// wrong.
+TEST(HeartAtria, FillConvergesWithTheGrid) {
+  Scene still;
+  Mechanics& mechanics = still.mechanics.emplace();
+  mechanics.quasi_static = true;
+  mechanics.cavities = {{"la", {}}, {"ra", {}}};
+  mechanics.boundary = default_heart_boundary(mechanics);
+  const auto pressure = [](const std::string& cavity) {
+    return "mechanics.cavities." + cavity + ".pressure_kPa";
+  };
+  const auto volumes = [](SolidRun& run) {
+    const std::vector<double> S = run.solid->state();
+    return std::array{S[Solid::first_volume] / 1000, S[Solid::first_volume + 1] / 1000};
+  };
+  std::vector<std::array<double, 2>> gained;
+  for (const double dx : {4.0, 3.0, 2.0}) {
+    SolidRun run(still, {{"grid.dx_mm", dx},
+                         {"geometry.heart.av_plate_mm", dx == 3 ? 3 : 4},
+                         {pressure("la"), 1.2},
+                         {pressure("ra"), 0.6}});
+    run.measured(run.at_rest());
+    const std::array<double, 2> empty = volumes(run);
+    run.set(run.at_rest(), run.at_rest(), 0);
+    run.solid->set_state(run.start);
+    constexpr int most = 20000, between = 16, look = 64;
+    double ended = 0;
+    for (int step = 0; step < most && ended == 0; ++step) {
+      run.loaded_step(step % between == 0);
+      if ((step + 1) % look == 0) ended = run.solid->state()[Solid::ended];
+    }
+    ASSERT_EQ(static_cast<SolidEnd>(static_cast<int>(ended)), SolidEnd::settled);
+    const std::array<double, 2> full = volumes(run);
+    gained.push_back({full[0] - empty[0], full[1] - empty[1]});
+    std::printf("%g mm, %d cells: la %.2f -> %.2f mL, ra %.2f -> %.2f\n", dx, run.mesh().tissue_cells[0],
+                empty[0], full[0], empty[1], full[1]);
+  }
+  for (std::size_t q = 0; q < 2; ++q) {
+    EXPECT_NEAR(gained[0][q] / gained[2][q], 1, 0.15);
+    EXPECT_NEAR(gained[1][q] / gained[2][q], 1, 0.08);
+    EXPECT_LT(std::abs(gained[1][q] - gained[2][q]), std::abs(gained[0][q] - gained[2][q]));
+  }
 }
 
 }  // namespace
