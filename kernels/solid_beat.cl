@@ -2,7 +2,8 @@
 // next step. First the cavities are inflated with the loop at rest, then it beats. One work-group (a work-item on CPUs) is
 // a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.cl and chamber_of_cavity[] from the host.
 
-// cavity_ends (members): behind a member's last block of nodes that touches a cavity. inflation (members, 2 + CAVITIES): duration ms, damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
+// cavity_ends (members): behind a member's last block of nodes that touches a cavity. inflation (members, 2 + CAVITIES): duration ms,
+// damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
 kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
                        global const real *restrict speeds, global const real *restrict measures, global const real *restrict volume,
                        global const int *restrict node_blocks, global const int *restrict cell_blocks,

@@ -81,11 +81,6 @@ Grid solid_grid(const Scene& scene, const Plan& plan) {
   return grid;
 }
 
-double solid_dx_mm(const Scene& scene) {
-  const double own = scene.parameters.value("mechanics.dx_mm");
-  return own > 0 ? own : scene.parameters.value("grid.dx_mm");
-}
-
 std::size_t Heartbeat::bytes(const Scene& scene, int members_per_batch) {
   return (scene.circulation ? LumpedCirculation::bytes(scene, members_per_batch, pv_times_ms(scene).size())
                             : 0) +

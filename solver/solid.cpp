@@ -13,6 +13,7 @@
 #include "solver/new_buffer.hpp"
 #include "solver/precision.hpp"
 #include "solver/pv_output.hpp"
+#include "solver/solid_labels.hpp"
 #include "solver/solid_voids.hpp"
 #include "solver/solid_walls.hpp"
 
@@ -47,16 +48,21 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
-  files.push_back("solid_setup.cl");
   Definitions setup = definitions;
   setup.generated += geometry_source(scene) + solid_part_source(scene);
   const MechanicsText text = mechanics_text(scene);
-  std::vector<std::string> options = {"SAMPLES=" + std::to_string(samples_along_edge)};
+  std::vector<std::string> options = {"SAMPLES=" + std::to_string(samples_along_edge),
+                                      "SOLID_BLOCK=" + std::to_string(SolidMesh::block)};
   if (text.law.sheets) options.emplace_back("SHEETS");
   const cl::Program geometry = setup.build(device, files, options);
-  parts_ = launcher.handle(geometry, "solid_parts");
-  vertex_voids_ = launcher.handle(geometry, "solid_vertex_voids");
-  fibres_ = launcher.handle(geometry, "solid_fibres");
+  const bool labels = scene.geometry == GeometryKind::labels;
+  if (labels) {
+    labels_ = solid_labels(scene, grid);
+  } else {
+    parts_ = launcher.handle(geometry, "solid_parts");
+    vertex_voids_ = launcher.handle(geometry, "solid_vertex_voids");
+  }
+  fibres_ = launcher.handle(geometry, labels ? "solid_label_fibres" : "solid_fibres");
 
   Definitions stepping = definitions;
   stepping.generated += text.generated;
@@ -114,9 +120,19 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   parameters_ = parameters;
   members_ = static_cast<int>(members.size());
   odd_ = 0;
+  mesh_ = build_solid_mesh(
+      scene_, grid_, labels_ ? for_members(labels_->parts, members_) : find_parts(parameters), members_);
+  upload(parameters, members);
+  build_supports(members);
+  // Halts that find rest need the fastest modes resolved in time.
+  if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
+}
+
+SolidParts Solid::find_parts(const cl::Buffer& parameters) {
   const auto& [nx, ny, nz] = grid_.cells;
-  const auto cells = static_cast<std::size_t>(grid_.size()) * members.size();
-  const auto planes = static_cast<std::size_t>(nz) * members.size();
+  const auto members = static_cast<std::size_t>(members_);
+  const auto cells = static_cast<std::size_t>(grid_.size()) * members;
+  const auto planes = static_cast<std::size_t>(nz) * members;
   const cl::Buffer counts =
       launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
   const cl::Buffer region = launcher_.device().allocate(cells);
@@ -131,11 +147,7 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   launcher_.queue().enqueueReadBuffer(counts, CL_TRUE, 0, parts.counts.size() * sizeof(cl_ushort),
                                       parts.counts.data());
   launcher_.queue().enqueueReadBuffer(region, CL_TRUE, 0, parts.region.size(), parts.region.data());
-  mesh_ = build_solid_mesh(scene_, grid_, parts, members_);
-  upload(parameters, members);
-  build_supports(members);
-  // Halts that find rest need the fastest modes resolved in time.
-  if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
+  return parts;
 }
 
 void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members) {
@@ -184,9 +196,18 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   item_blocks_ = upload_new(launcher_, mesh_.item_blocks);
 
   direction_ = device.allocate(n(mesh_.cells) * (sheets_ ? 24 : 12) * real);
-  const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
-  launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
-            grid_.origin_and_spacing(), grid_cell, region_, direction_, mesh_.cells);
+  if (labels_) {
+    std::vector<int> place(n(mesh_.cells), -1);
+    for (std::size_t i = 0; i < place.size(); ++i)
+      if (mesh_.grid_cell[i] >= 0) place[i] = labels_->place[n(mesh_.grid_cell[i]) % labels_->place.size()];
+    launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
+              member_of_cell_, upload_new(launcher_, place), region_,
+              upload_new(launcher_, labels_->direction), direction_, mesh_.cells);
+  } else {
+    const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
+    launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
+              grid_.origin_and_spacing(), grid_cell, region_, direction_, mesh_.cells);
+  }
   launcher_.queue().finish();
 
   std::vector<double> inverse(mesh_.inverse_mass);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 namespace cohort {
 
 class LumpedCirculation;
+struct SolidLabels;
 
 /// How a member's tissue ended; kernels/solid.clh.
 enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
@@ -71,6 +73,8 @@ class Solid {
   void set_state(const std::vector<double>& state);
   /// Field (3, nodes).
   std::vector<double> displacement();
+  /// Fibres, then wall normals where the law reads them: (points, 3, cells) each.
+  std::vector<double> directions();
   std::vector<double> velocity();
   void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
   /// Where a material point of a member lies: nodes and weights of its cell, or of the nearest one.
@@ -117,6 +121,7 @@ class Solid {
   };
 
  private:
+  SolidParts find_parts(const cl::Buffer& parameters);
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
   void find_fastest_mode(const cl::Buffer& parameters);
   void build_supports(std::span<const Member> members);
@@ -129,6 +134,7 @@ class Solid {
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
   std::size_t samples_;  ///< of cavities under prescribed pressures
   bool wide_, viscous_, sheets_ = false;
+  std::shared_ptr<const SolidLabels> labels_;  ///< geometry `labels`: what its cells hold
   SolidMesh mesh_;
   int supports_ = 0, moving_blocks_ = 0;
   std::vector<int> free_motions_;
