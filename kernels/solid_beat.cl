@@ -39,13 +39,19 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   if (!isfinite((real)sums[KINETIC_SUM])) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
   S[KINETIC] = sums[KINETIC_SUM];
+  S[STEP_DAMPING] = S[DAMPING];
+  if (S[BEAT_TIME] >= 0 && hearts[member].ended != RUNNING) {  // with the step before, which the tissue has taken
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = mm3[q];
+    if (S[ENDED] == 0) S[ENDED] = TISSUE_SETTLED;
+    return;
+  }
   S[STEPS_DONE] += 1;
   wide next = dt > 0 ? fmin(S[LARGEST_STEP], W(1.02) * dt) : S[LARGEST_STEP];
   const loop_parameters a = load_loop(parameters + (size_t)member * PARAMETERS, numbers[0]);
   const heart_clock c = load_clock(numbers, at_most, samples);
   global const real *filling = inflation + member * (2 + CAVITIES);
   if (S[BEAT_TIME] < 0) {
-    S[TIME] += dt;
+    advance_time(S, dt);
     const wide duration = filling[0], share = fmin(S[TIME] / (W(0.6) * duration), W(1.));
     for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = filling[2 + q] * share * share * (3 - 2 * share);
     S[DAMPING] = filling[1];
@@ -93,12 +99,11 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     }
     const long row = (long)member * COMPARTMENTS * samples;
     const wide taken = advance_heart(&a, &c, &heart, &tissue, dt, pressures + row, volumes + row);
-    S[TIME] += taken;
+    advance_time(S, taken);
     S[BEAT_TIME] = heart.time;
     S[BEAT] = heart.beat;
     for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
     next = clipped_step(&c, &heart, next);
-    if (heart.ended != RUNNING && S[ENDED] == 0) S[ENDED] = TISSUE_SETTLED;
     hearts[member] = heart;
     status[member] = status_of(&heart);
   }

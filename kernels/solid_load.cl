@@ -76,12 +76,18 @@ kernel void solid_load(global const real *restrict parameters, global const real
   if (S[ENDED] == 0 && still && full && S[STEP + odd] > 0 && residual < loads.z) S[ENDED] = TISSUE_SETTLED;
   if (!isfinite((real)kinetic) || !isfinite((real)free_force)) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
-  if (time + dt >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;
+  if (time >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;
   const bool settled = S[ENDED] == TISSUE_SETTLED;
   global float *own_series = series + (size_t)member * 2 * CAVITIES * samples;
   if (!still || settled)
     take_cavity_samples(S, volumes, time, still ? 0 : S[STEP + 1 - odd], interval, settled, samples, own_series);
-  S[TIME] = S[BEAT_TIME] = time + dt;
+  S[STEP_DAMPING] = S[DAMPING];
+  if (settled) {
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = volumes[q];
+    return;
+  }
+  advance_time(S, dt);
+  S[BEAT_TIME] = S[TIME];
   S[LOAD] = S[TIME] < ramp ? S[TIME] / ramp : 1;
   for (int q = 0; q < CAVITIES; ++q) {
     S[FIRST_VOLUME + q] = volumes[q];

@@ -24,8 +24,8 @@ constexpr double smallest_volume_ratio = 0.02;
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
 
-/// Activation times of the solid's cells from those of the excited tissue: of the cell at the same place,
-/// else of the nearest that a wave reaches within two cells.
+}  // namespace
+
 std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
                                     std::span<const std::size_t> members) {
   const SolidMesh& mesh = solid.mesh();
@@ -63,8 +63,6 @@ std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, st
     }
   return result;
 }
-
-}  // namespace
 
 Grid solid_grid(const Scene& scene, const Plan& plan) {
   const double dx = scene.parameters.value("grid.dx_mm"), coarse = solid_dx_mm(scene);

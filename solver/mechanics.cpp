@@ -139,9 +139,18 @@ void declare_cavities(Scene& scene) {
   table.add({inflation + "damping_per_ms", "1/ms", 0.15, 0, 100, "damping of the mass meanwhile", measured});
   for (const Mechanics::Cavity& cavity : mechanics.cavities) {
     constexpr double left = 4.2, right = 1.5;  // where a periodic beat begins, before the atria contract
-    table.add({inflation + cavity.name + "_pressure_mmHg", "mmHg",
-               cavity.name.starts_with("r") ? right : left, 0, 200, "pressure to which it is inflated",
-               measured});
+    Parameter pressure{inflation + cavity.name + "_pressure_mmHg",
+                       "mmHg",
+                       cavity.name.starts_with("r") ? right : left,
+                       0,
+                       200,
+                       "pressure to which it is inflated",
+                       measured};
+    if (scene.circulation->kind == Circulation::Kind::windkessel) {  // else the valve opens with a jolt
+      pressure.value = inherited;
+      pressure.inherits = "circulation.windkessel.filling_pressure_mmHg";
+    }
+    table.add(pressure);
   }
 }
 

@@ -109,6 +109,8 @@ class Solid {
     first_volume = first_pressure + 4,
     last_pressure = first_volume + 4,
     next_sample = last_pressure + 4,
+    time_lost,
+    step_damping,
     state_size
   };
 

@@ -91,6 +91,40 @@ TEST(HeartBeat, DoesNotDependOnItsNeighbour) {
   EXPECT_GT(std::abs(both[1].recording.volume[end_of_lv] - alone.recording.volume[end_of_lv]), 1);
 }
 
+TEST(HeartBeat, LeavesNothingToTheNextBatch) {
+  const Campaign campaign =
+      read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml",
+                    {at(6), "time.beats.at_most=1", "time.beats.length_ms=300", "torso.dx_mm=20"});
+  const Scene& scene = campaign.scene;
+  std::vector<Member> members(3, Member{0, scene.parameters.values()});
+  const auto change = [&](std::size_t m, const std::string& path, double value) {
+    members[m].values[static_cast<std::size_t>(scene.parameters.index(path))] = value;
+  };
+  change(0, "geometry.heart.lv_wall_mm", 12);
+  change(1, "circulation.valves.aortic.closed_resistance_mmHg_s_per_mL", 0.5);  // leaks
+  change(1, "mechanics.twitch.peak_kPa", 3000);                                 // ends as unstable
+  for (Member& member : members) scene.parameters.resolve(member.values);
+  PlanOptions options;
+  options.members_per_device = 2;
+  const Plan plan = make_plan(device(), scene, members, options);
+  Simulation used(device(), scene, plan), fresh(device(), scene, plan);
+  const std::vector<Recording> before = used.run(std::span(members).first(2), 600);
+  EXPECT_EQ(before[0].outcome, Outcome::done) << before[0].reason;
+  EXPECT_EQ(before[1].outcome, Outcome::unstable);
+  const std::span<const Member> last(&members[2], 1);
+  const Recording second = used.run(last, 600)[0], first = fresh.run(last, 600)[0];
+  ASSERT_EQ(first.outcome, Outcome::done) << first.reason;
+  EXPECT_NE(first.pressure, before[0].pressure);
+  const auto same = [](const std::vector<float>& a, const std::vector<float>& b) {
+    return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](float x, float y) {
+             return x == y || (std::isnan(x) && std::isnan(y));
+           });
+  };
+  EXPECT_TRUE(same(second.pressure, first.pressure));
+  EXPECT_TRUE(same(second.volume, first.volume));
+  EXPECT_TRUE(same(second.features, first.features));
+}
+
 TEST(HeartBeat, HalvingTheSpacingChangesLittle) {
   if (!device().info().gpu) GTEST_SKIP() << "minutes on a CPU";
   const Beat coarse = beat({at(2)})[0], fine = beat({at(1)})[0];
