@@ -27,6 +27,7 @@ INSTEAD = {
     "circulation": ["time.beats.at_most=3", "campaign.members=2"],  # no tissue, no grid
     "heart": ONE_BEAT,
     "demo": ONE_BEAT,
+    "windkessel": ONE_BEAT + ["mechanics.dx_mm=0"],
 }
 DONE = 3
 
