@@ -103,9 +103,24 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   parameters_ = parameters;
   members_ = static_cast<int>(members.size());
   odd_ = 0;
+  release();
+  find_mesh(parameters);
+  upload(parameters, members);
+  build_supports(members);
+}
+
+// The buffers of the batch before.
+void Solid::release() {
+  for (cl::Buffer* buffer :
+       {&cell_nodes_, &share_, &direction_, &tension_, &u_, &v_, &force_, &item_share_, &item_faces_,
+        &position_, &gradient_, &corners_, &support_, &cavity_corners_, &cavity_gradient_})
+    *buffer = cl::Buffer();
+}
+
+void Solid::find_mesh(const cl::Buffer& parameters) {
   const auto& [nx, ny, nz] = grid_.cells;
-  const auto cells = static_cast<std::size_t>(grid_.size()) * members.size();
-  const auto planes = static_cast<std::size_t>(nz) * members.size();
+  const auto cells = static_cast<std::size_t>(grid_.size()) * static_cast<std::size_t>(members_);
+  const auto planes = static_cast<std::size_t>(nz) * static_cast<std::size_t>(members_);
   const cl::Buffer counts =
       launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
   const cl::Buffer region = launcher_.device().allocate(cells);
@@ -121,8 +136,6 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
                                       parts.counts.data());
   launcher_.queue().enqueueReadBuffer(region, CL_TRUE, 0, parts.region.size(), parts.region.data());
   mesh_ = build_solid_mesh(scene_, grid_, parts, members_);
-  upload(parameters, members);
-  build_supports(members);
 }
 
 void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members) {
@@ -320,14 +333,23 @@ double Solid::first_step_ms(const cl::Buffer& parameters) {
 
 std::size_t Solid::bytes() const {
   const std::size_t real = real_bytes(scene_.precision), cavities = scene_.mechanics->cavities.size();
-  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
-             items = static_cast<std::size_t>(mesh_.items),
-             rim = static_cast<std::size_t>(mesh_.cavity_nodes);
-  const std::size_t directions = sheets_ ? 24 : 12;
-  return cells * (33 + real * (4 + directions + 24 + 1 + static_cast<std::size_t>(tension_states_ + 2))) +
-         nodes * (8 * 4 + 8 + real * (3 + 3 + 3 + 1)) + items * (5 + real * (4 + 6 + 24 + 1)) +
-         rim * cavities * (32 + 3 * real) + static_cast<std::size_t>(supports_) * 18 * real +
-         static_cast<std::size_t>(grid_.size()) * (1 + 2 * static_cast<std::size_t>(4 * (voids_ + 1)));
+  const auto n = [](int count) { return static_cast<std::size_t>(count); };
+  const std::size_t block = SolidMesh::block, sums = 4 + cavities + cavities * (cavities + 1) / 2;
+  const std::size_t cells = n(mesh_.cells), nodes = n(mesh_.nodes), items = n(mesh_.items);
+  const std::size_t of_cells =
+      cells * (32 + 1 + real * (4 + (sheets_ ? 24 : 12) + 24 + 1 + n(tension_states_) + 2)) +
+      cells / block * (2 + 3 * real);
+  const std::size_t of_nodes = nodes * (32 + 8 + real * 10) + nodes / block * (2 + sums * real);
+  const std::size_t of_items = items * (5 + real * (4 + 6 + 24 + 1)) + items / block * 2 +
+                               n(mesh_.cavity_nodes) * cavities * (32 + 3 * real);
+  const std::size_t of_members =
+      n(members_) * (state_size * 8 + cavities * (6 + 4) * real + 2 * cavities * samples_ * sizeof(float) +
+                     (4 + cavities) * sizeof(int) + 2 * real);
+  const std::size_t built = of_cells + of_nodes + of_items + of_members + n(supports_) * 18 * real;
+  const std::size_t for_supports = nodes * 6 + n(members_) * n(scene_.parameters.size()) * real;
+  const std::size_t for_mesh = n(members_) * static_cast<std::size_t>(grid_.size()) * (1 + 8 * n(voids_ + 1));
+  constexpr std::size_t small_buffers = 20 * Device::least_bytes;
+  return std::max(built + for_supports, for_mesh) + small_buffers;
 }
 
 std::vector<double> Solid::displacement() {

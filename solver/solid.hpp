@@ -57,7 +57,7 @@ class Solid {
   /// pressures in mmHg, volumes in mL; NaN where there is none.
   std::vector<float> cavity_series();
 
-  /// Device bytes of what has been built.
+  /// Device bytes of what has been built, at most at once.
   std::size_t bytes() const;
 
   const SolidMesh& mesh() const { return mesh_; }
@@ -115,6 +115,8 @@ class Solid {
   };
 
  private:
+  void release();
+  void find_mesh(const cl::Buffer& parameters);
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
   void build_supports(std::span<const Member> members);
   cl::Buffer reals(const std::vector<double>& host);
