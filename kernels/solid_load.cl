@@ -29,7 +29,7 @@ inline void take_cavity_samples(global wide *S, const wide *volumes, wide time, 
 // loads: (ramp ms, end ms, tolerance of the residual, 1 when quasi-static). pressures (members, CAVITIES): kPa, of cavities
 // that are not driven. series (members, 2, CAVITIES, samples): pressures (mmHg) and volumes (mL), every `interval` ms; of what
 // is quasi-static one sample, at rest.
-kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict measures,
+kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict speeds, global const real *restrict measures,
                        global const real *restrict volume, global const int *restrict node_blocks,
                        global const int *restrict cell_blocks, global const int *restrict item_blocks,
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
@@ -55,7 +55,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
   real speed2 = 0, collapse = 0;
   wide energy = 0;
   if (measured) {
-    speed2 = member_largest(measures + (size_t)SPEED_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    speed2 = member_largest(speeds, first, last, scratch);
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
@@ -102,5 +102,5 @@ kernel void solid_load(global const real *restrict parameters, global const real
     S[FIRST_PRESSURE + q] = S[LOAD] * pressures[member * CAVITIES + q];
   }
   S[STEPS_DONE] += 1;
-  S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], (wide)1.02 * dt) : S[LARGEST_STEP];
+  S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
 }

@@ -22,6 +22,7 @@ namespace {
 
 constexpr int samples_along_edge = 6, member_group = 256;
 constexpr double courant = 0.95;
+constexpr int mode_iterations = 150;  // of the fastest mode, from a start without order
 
 std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int count, int stride) {
   std::vector<cl_ushort> result(static_cast<std::size_t>(count), 0);
@@ -41,7 +42,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
       capacity_(members),
       voids_(static_cast<int>(solid_voids(scene).size())),
       samples_(scene.circulation ? 0 : pv_times_ms(scene).size()),
-      wide_(launcher.device().has_double()) {
+      wide_(launcher.device().has_double()),
+      viscous_(viscous) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
@@ -76,6 +78,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
     parts.emplace_back(file);
+  if (!viscous) parts.emplace_back("solid_waves.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
@@ -90,6 +93,12 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
   move_ = launcher.handle(program_, "solid_move");
   measure_ = launcher.handle(program_, "solid_measure");
+  bound_ = launcher.handle(program_, "solid_bound");
+  if (viscous) return;  // its step is bounded cell by cell
+  wave_start_ = launcher.handle(program_, "solid_wave_start");
+  wave_cells_ = launcher.handle(program_, "solid_wave_cells");
+  wave_nodes_ = launcher.handle(program_, "solid_wave_nodes");
+  wave_member_ = launcher.handle(program_, "solid_wave_member");
 }
 
 cl::Buffer Solid::reals(const std::vector<double>& host) {
@@ -107,13 +116,15 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   find_mesh(parameters);
   upload(parameters, members);
   build_supports(members);
+  // Halts that find rest need the fastest modes resolved in time.
+  if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
 }
 
 // The buffers of the batch before.
 void Solid::release() {
   for (cl::Buffer* buffer :
        {&cell_nodes_, &share_, &direction_, &tension_, &u_, &v_, &force_, &item_share_, &item_faces_,
-        &position_, &gradient_, &corners_, &support_, &cavity_corners_, &cavity_gradient_})
+        &position_, &gradient_, &cell_bounds_, &corners_, &support_, &cavity_corners_, &cavity_gradient_})
     *buffer = cl::Buffer();
 }
 
@@ -190,13 +201,16 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   tension_ = reals(tension);
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
   node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
-  measures_ = reals(std::vector<double>(3 * n(mesh_.cells / SolidMesh::block), 0));
+  measures_ = reals(std::vector<double>(2 * n(mesh_.cells / SolidMesh::block), 0));
+  cell_bounds_ = reals(std::vector<double>(n(mesh_.cells), 0));
+  speeds_ = reals(std::vector<double>(n(mesh_.nodes / SolidMesh::block), 0));
   std::vector<double> state(members.size() * state_size, 0), inflation, mass_damping, pressures;
   for (std::size_t m = 0; m < members.size(); ++m) {
     const auto value = [&](const std::string& path) {
       return members[m].values[n(scene_.parameters.index("mechanics." + path))];
     };
     mass_damping.push_back(value("damping_per_ms"));
+    state[m * state_size + Slot::pressure_share] = 1;
     state[m * state_size + Slot::beat_time] = scene_.circulation ? -1 : 0;
     constexpr double endless = 1e9;  // ms: without a circulation nothing comes again
     state[m * state_size + Slot::beat_length] = endless;
@@ -259,8 +273,8 @@ void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters_, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
-            pressures_, loads_, state_, series_, static_cast<int>(samples_),
+            0.0, parameters_, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
+            item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
             Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0},
             mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
@@ -271,11 +285,11 @@ void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulat
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
-            inflation_, damping_, state_, circulation.states(), circulation.statuses(), circulation.clock(),
-            circulation.pressure_buffer(), circulation.volume_buffer(), circulation.at_most(), samples,
-            mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
-            Real{grid_.dx_mm}, Real{courant}, odd_);
+            0.0, parameters, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
+            item_blocks_, inflation_, damping_, state_, circulation.states(), circulation.statuses(),
+            circulation.clock(), circulation.pressure_buffer(), circulation.volume_buffer(),
+            circulation.at_most(), samples, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block,
+            measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
@@ -287,13 +301,41 @@ void Solid::move() {
   odd_ = 1 - odd_;
 }
 
+void Solid::find_fastest_mode(const cl::Buffer& parameters) {
+  const bool gpu = launcher_.device().info().gpu;
+  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
+             members = static_cast<std::size_t>(members_);
+  const double real = static_cast<double>(real_bytes(scene_.precision));
+  const cl::Buffer wave = reals(std::vector<double>(6 * nodes, 0));
+  const cl::Buffer sums = reals(std::vector<double>(3 * nodes / SolidMesh::block, 0));
+  launcher_(wave_start_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), 0.0, member_of_node_,
+            node_blocks_, state_, wave, mesh_.nodes);
+  for (int k = 0; k < mode_iterations; ++k) {
+    launcher_(wave_cells_, cl::NDRange(cells), cl::NDRange(SolidMesh::block),
+              static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)), parameters, state_,
+              member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, wave, force_,
+              mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
+    launcher_(wave_nodes_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+              cl::NDRange(gpu ? SolidMesh::block : 1),
+              static_cast<double>(nodes) * (40 + real * (24 + 1 + 6)), state_, member_of_node_, corners_,
+              inverse_mass_, support_of_, support_, force_, wave, sums, mesh_.cells, mesh_.nodes, supports_);
+    launcher_(wave_member_, cl::NDRange(gpu ? members * member_group : members),
+              cl::NDRange(gpu ? member_group : 1), 0.0, parameters, sums, node_blocks_, state_,
+              mesh_.nodes / SolidMesh::block, Real{grid_.dx_mm});
+  }
+}
+
 void Solid::measure(const cl::Buffer& parameters) {
   const bool gpu = launcher_.device().info().gpu;
-  const auto cells = static_cast<std::size_t>(mesh_.cells);
+  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes);
+  const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block),
-            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * 100, parameters, state_,
-            member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, measures_, mesh_.cells,
-            mesh_.nodes, Real{grid_.dx_mm});
+            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * (33 + real * 20),
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_,
+            cell_bounds_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
+  launcher_(bound_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (32 + real * 9), state_,
+            member_of_node_, corners_, inverse_mass_, cell_bounds_, speeds_, mesh_.nodes);
 }
 
 std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
@@ -327,7 +369,7 @@ void Solid::set_state(const std::vector<double>& state) {
 
 double Solid::first_step_ms(const cl::Buffer& parameters) {
   measure(parameters);
-  const std::vector<double> found = read(measures_, static_cast<std::size_t>(mesh_.cells / SolidMesh::block));
+  const std::vector<double> found = read(speeds_, static_cast<std::size_t>(mesh_.nodes / SolidMesh::block));
   return courant * grid_.dx_mm / std::sqrt(*std::max_element(found.begin(), found.end()));
 }
 
@@ -337,9 +379,9 @@ std::size_t Solid::bytes() const {
   const std::size_t block = SolidMesh::block, sums = 4 + cavities + cavities * (cavities + 1) / 2;
   const std::size_t cells = n(mesh_.cells), nodes = n(mesh_.nodes), items = n(mesh_.items);
   const std::size_t of_cells =
-      cells * (32 + 1 + real * (4 + (sheets_ ? 24 : 12) + 24 + 1 + n(tension_states_) + 2)) +
-      cells / block * (2 + 3 * real);
-  const std::size_t of_nodes = nodes * (32 + 8 + real * 10) + nodes / block * (2 + sums * real);
+      cells * (32 + 1 + real * (4 + (sheets_ ? 24 : 12) + 24 + 2 + n(tension_states_) + 2)) +
+      cells / block * (2 + 2 * real);
+  const std::size_t of_nodes = nodes * (32 + 8 + real * 10) + nodes / block * (2 + (sums + 1) * real);
   const std::size_t of_items = items * (5 + real * (4 + 6 + 24 + 1)) + items / block * 2 +
                                n(mesh_.cavity_nodes) * cavities * (32 + 3 * real);
   const std::size_t of_members =
@@ -347,9 +389,11 @@ std::size_t Solid::bytes() const {
                      (4 + cavities) * sizeof(int) + 2 * real);
   const std::size_t built = of_cells + of_nodes + of_items + of_members + n(supports_) * 18 * real;
   const std::size_t for_supports = nodes * 6 + n(members_) * n(scene_.parameters.size()) * real;
+  const std::size_t for_fastest_mode =
+      viscous_ || scene_.mechanics->quasi_static ? 0 : nodes * 6 * real + nodes / block * 3 * real;
   const std::size_t for_mesh = n(members_) * static_cast<std::size_t>(grid_.size()) * (1 + 8 * n(voids_ + 1));
   constexpr std::size_t small_buffers = 20 * Device::least_bytes;
-  return std::max(built + for_supports, for_mesh) + small_buffers;
+  return std::max(built + std::max(for_supports, for_fastest_mode), for_mesh) + small_buffers;
 }
 
 std::vector<double> Solid::displacement() {
