@@ -4,7 +4,8 @@
 
 // inflation (members, 2 + CAVITIES): duration ms, damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
 kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
-                       global const real *restrict speeds, global const real *restrict measures, global const real *restrict volume,
+                       global const real *restrict speeds, global const real *restrict measures,
+                       global const real *restrict dashpots, global const real *restrict volume,
                        global const int *restrict node_blocks, global const int *restrict cell_blocks,
                        global const int *restrict item_blocks, global const real *restrict inflation,
                        global const real *restrict damping, global wide *restrict state,
@@ -34,10 +35,24 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
+#if ENERGY
+  wide active = 0, power = 0;
+  if (measured) {
+    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
+    active = member_sum(measures + (size_t)ACTIVE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    power = member_sum(measures + (size_t)VISCOUS_MEASURE * all_cell_blocks, first_cell, last_cell, scratch) +
+            member_sum(dashpots, first, last, scratch);
+  }
+#endif
   if (item != 0) return;
   if (measured) take_measures(S, speed2, collapse, energy, h, courant);
   if (!isfinite((real)sums[KINETIC_SUM])) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
+#if ENERGY
+  const wide behind = S[STEP + 1 - odd];
+  wide kPa_before[CAVITIES];
+  for (int q = 0; q < CAVITIES; ++q) kPa_before[q] = S[FIRST_PRESSURE + q];
+#endif
   S[KINETIC] = sums[KINETIC_SUM];
   S[STEP_DAMPING] = S[DAMPING];
   if (S[BEAT_TIME] >= 0 && hearts[member].ended != RUNNING) {  // with the step before, which the tissue has taken
@@ -104,6 +119,10 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     S[BEAT] = heart.beat;
     for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
     next = clipped_step(&c, &heart, next);
+#if ENERGY
+    balance_step(S, kPa_before, mm3, sums[KINETIC_SUM], behind);
+    if (measured) balance_look(S, energy + sums[KINETIC_SUM] + sums[SPRING_SUM], power, active);
+#endif
     hearts[member] = heart;
     status[member] = status_of(&heart);
   }

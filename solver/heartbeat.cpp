@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "solver/circulation.hpp"
+#include "solver/energy_balance.hpp"
 #include "solver/excitation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/pv_output.hpp"
@@ -277,6 +278,15 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
     if (!tissue.empty())
       features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg,
                                        status.apart_mL, static_cast<float>(tissue[Solid::smallest_J])});
+  }
+  if (balances_energy(scene_)) {
+    const std::vector<float> balance = energy_balance(scene_, tissue);
+    if (!(std::abs(balance.back()) < largest_energy_residual))
+      spdlog::warn(
+          "member {}: the energy of its tissue does not balance, {:.2g} of the work of active tension is "
+          "left",
+          member.id, balance.back());
+    features.insert(features.end(), balance.begin(), balance.end());
   }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()
 }

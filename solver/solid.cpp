@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "solver/circulation.hpp"
+#include "solver/energy_balance.hpp"
 #include "solver/geometry.hpp"
 #include "solver/lumped_circulation.hpp"
 #include "solver/mechanics.hpp"
@@ -43,7 +44,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
       voids_(static_cast<int>(solid_voids(scene).size())),
       samples_(scene.circulation ? 0 : pv_times_ms(scene).size()),
       wide_(launcher.device().has_double()),
-      viscous_(viscous) {
+      viscous_(viscous),
+      balances_(balances_energy(scene)) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
@@ -76,7 +78,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   }
   parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
+  for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_nodes.cl", "solid_cells.cl",
+                           "solid_energy.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
@@ -84,6 +87,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
              "MEMBER_GROUP=" + std::to_string(member_group), std::string("BEATS=") + (beats ? "1" : "0")};
+  options.emplace_back(std::string("ENERGY=") + (balances_ ? "1" : "0"));
   if (viscous) options.emplace_back("VISCOUS");
   program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
@@ -94,6 +98,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   move_ = launcher.handle(program_, "solid_move");
   measure_ = launcher.handle(program_, "solid_measure");
   bound_ = launcher.handle(program_, "solid_bound");
+  if (balances_) find_dashpots_ = launcher.handle(program_, "solid_dashpots");
   if (viscous) return;  // its step is bounded cell by cell
   wave_start_ = launcher.handle(program_, "solid_wave_start");
   wave_cells_ = launcher.handle(program_, "solid_wave_cells");
@@ -196,12 +201,14 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   volume_ = reals(std::vector<double>(n(mesh_.items), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
-  std::vector<double> tension(n(tension_states_ + 2) * n(mesh_.cells), 0);
-  std::fill_n(tension.begin() + tension_states_ * mesh_.cells, mesh_.cells, 1.0);  // stretch
+  std::vector<double> tension(n(tension_states_ + (balances_ ? 4 : 2)) * n(mesh_.cells), 0);
+  for (int k = 0; k < (balances_ ? 4 : 2); k += 2)
+    std::fill_n(tension.begin() + (tension_states_ + k) * mesh_.cells, mesh_.cells, 1.0);  // stretch
   tension_ = reals(tension);
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
   node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
-  measures_ = reals(std::vector<double>(2 * n(mesh_.cells / SolidMesh::block), 0));
+  measures_ = reals(std::vector<double>((balances_ ? 4 : 2) * n(mesh_.cells / SolidMesh::block), 0));
+  dashpots_ = reals(std::vector<double>(balances_ ? n(mesh_.nodes / SolidMesh::block) : 0, 0));
   cell_bounds_ = reals(std::vector<double>(n(mesh_.cells), 0));
   speeds_ = reals(std::vector<double>(n(mesh_.nodes / SolidMesh::block), 0));
   std::vector<double> state(members.size() * state_size, 0), inflation, mass_damping, pressures;
@@ -273,7 +280,7 @@ void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters_, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
+            0.0, parameters_, node_sums_, speeds_, measures_, dashpots_, volume_, node_blocks_, cell_blocks_,
             item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
             Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0},
             mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
@@ -285,7 +292,7 @@ void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulat
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
+            0.0, parameters, node_sums_, speeds_, measures_, dashpots_, volume_, node_blocks_, cell_blocks_,
             item_blocks_, inflation_, damping_, state_, circulation.states(), circulation.statuses(),
             circulation.clock(), circulation.pressure_buffer(), circulation.volume_buffer(),
             circulation.at_most(), samples, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block,
@@ -331,11 +338,15 @@ void Solid::measure(const cl::Buffer& parameters) {
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block),
             cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * (33 + real * 20),
-            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_,
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, v_,
             cell_bounds_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
   launcher_(bound_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
             cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (32 + real * 9), state_,
             member_of_node_, corners_, inverse_mass_, cell_bounds_, speeds_, mesh_.nodes);
+  if (balances_)
+    launcher_(find_dashpots_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+              cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * 4, state_,
+              member_of_node_, support_of_, support_, v_, dashpots_, mesh_.nodes, supports_);
 }
 
 std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
@@ -379,9 +390,11 @@ std::size_t Solid::bytes() const {
   const std::size_t block = SolidMesh::block, sums = 4 + cavities + cavities * (cavities + 1) / 2;
   const std::size_t cells = n(mesh_.cells), nodes = n(mesh_.nodes), items = n(mesh_.items);
   const std::size_t of_cells =
-      cells * (32 + 1 + real * (4 + (sheets_ ? 24 : 12) + 24 + 2 + n(tension_states_) + 2)) +
-      cells / block * (2 + 2 * real);
-  const std::size_t of_nodes = nodes * (32 + 8 + real * 10) + nodes / block * (2 + (sums + 1) * real);
+      cells *
+          (32 + 1 + real * (4 + (sheets_ ? 24 : 12) + 24 + 2 + n(tension_states_) + (balances_ ? 4 : 2))) +
+      cells / block * (2 + (balances_ ? 4 : 2) * real);
+  const std::size_t of_nodes =
+      nodes * (32 + 8 + real * 10) + nodes / block * (2 + (sums + (balances_ ? 2 : 1)) * real);
   const std::size_t of_items = items * (5 + real * (4 + 6 + 24 + 1)) + items / block * 2 +
                                n(mesh_.cavity_nodes) * cavities * (32 + 3 * real);
   const std::size_t of_members =

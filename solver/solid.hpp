@@ -114,6 +114,17 @@ class Solid {
     next_sample = last_pressure + 4,
     time_lost,
     step_damping,
+    balanced_beat,
+    looked_at,
+    losing,
+    first_stored,
+    damped,
+    cavity_work,
+    active_work = cavity_work + 4,
+    stored_change,
+    dissipated,
+    balanced_work,
+    balance_end = balanced_work + 3,
     state_size
   };
 
@@ -131,7 +142,7 @@ class Solid {
   Grid grid_;
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
   std::size_t samples_;  ///< of cavities under prescribed pressures
-  bool wide_, viscous_, sheets_ = false;
+  bool wide_, viscous_, sheets_ = false, balances_;
   SolidMesh mesh_;
   int supports_ = 0;
   std::vector<int> free_motions_;
@@ -142,9 +153,9 @@ class Solid {
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
       position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
       cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
-      pressures_, inflation_, damping_, cell_bounds_, speeds_;
+      pressures_, inflation_, damping_, cell_bounds_, speeds_, dashpots_;
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_,
-      bound_, wave_start_, wave_cells_, wave_nodes_, wave_member_;
+      bound_, find_dashpots_, wave_start_, wave_cells_, wave_nodes_, wave_member_;
 };
 
 }  // namespace cohort
