@@ -50,6 +50,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   const wide dt = S[STEP + odd];
 #if ENERGY
   const wide behind = S[STEP + 1 - odd];
+  const wide kinetic = kinetic_now(sums[KINETIC_SUM], S[KINETIC]);
   wide kPa_before[CAVITIES];
   for (int q = 0; q < CAVITIES; ++q) kPa_before[q] = S[FIRST_PRESSURE + q];
 #endif
@@ -115,14 +116,14 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     const long row = (long)member * COMPARTMENTS * samples;
     const wide taken = advance_heart(&a, &c, &heart, &tissue, dt, pressures + row, volumes + row);
     advance_time(S, taken);
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
+#if ENERGY  // of the beat in which the step begins
+    balance_step(S, kPa_before, sums + RATE_SUM, sums[KINETIC_SUM], behind, dt);
+    if (measured) balance_look(S, energy + kinetic + sums[SPRING_SUM], power, active);
+#endif
     S[BEAT_TIME] = heart.time;
     S[BEAT] = heart.beat;
-    for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
     next = clipped_step(&c, &heart, next);
-#if ENERGY
-    balance_step(S, kPa_before, mm3, sums[KINETIC_SUM], behind);
-    if (measured) balance_look(S, energy + sums[KINETIC_SUM] + sums[SPRING_SUM], power, active);
-#endif
     hearts[member] = heart;
     status[member] = status_of(&heart);
   }

@@ -36,7 +36,11 @@ kernel void solid_load(global const real *restrict parameters, global const real
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
                        global float *restrict series, const int samples, const real interval, const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
                        const real courant, const int odd) {
+#if ENERGY
+  MEMBER_SCRATCH(scratch, NODE_SUMS);
+#else
   MEMBER_SCRATCH(scratch, 1);
+#endif
 #ifdef GPU
   const int member = get_group_id(0), item = get_local_id(0);
 #else
@@ -61,6 +65,8 @@ kernel void solid_load(global const real *restrict parameters, global const real
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
 #if ENERGY
+  wide rates[NODE_SUMS - RATE_SUM + 1];
+  member_sums(partial + (size_t)RATE_SUM * all_node_blocks, NODE_SUMS - RATE_SUM, all_node_blocks, first, last, scratch, rates);
   wide active = 0, power = 0, springs = 0;
   if (measured) {
     const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
@@ -71,6 +77,9 @@ kernel void solid_load(global const real *restrict parameters, global const real
   }
 #endif
   if (item != 0) return;
+#if ENERGY
+  const wide kinetic_of_look = kinetic_now(kinetic, S[KINETIC]);
+#endif
   const wide time = S[TIME], ramp = loads.x, end = loads.y;
   const bool still = loads.w != 0, full = time >= ramp;
   if (measured) take_measures(S, speed2, collapse, energy, h, courant);
@@ -117,8 +126,8 @@ kernel void solid_load(global const real *restrict parameters, global const real
     S[FIRST_PRESSURE + q] = S[LOAD] * pressures[member * CAVITIES + q];
   }
 #if ENERGY
-  balance_step(S, kPa_before, volumes, kinetic, behind);
-  if (measured) balance_look(S, energy + kinetic + springs, power, active);
+  balance_step(S, kPa_before, rates, kinetic, behind, dt);
+  if (measured) balance_look(S, energy + kinetic_of_look + springs, power, active);
 #endif
   for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = volumes[q];
   S[STEPS_DONE] += 1;

@@ -220,8 +220,8 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
     if (step == first_timed_step) launcher_.profile(true);
     if (step == first_timed_step + timed_steps) launcher_.profile(false);
     const bool measured = step % steps_per_measure == 0;
-    if (measured) solid.measure(parameters_);
     solid.forces(parameters_);
+    if (measured) solid.measure(parameters_);  // behind the forces, whose tensions it reads
     solid.predict();
     if (circulation_)
       solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);

@@ -39,6 +39,7 @@ class Solid {
   /// Member's kernel of a beating heart: inflation, then the circulation with the tissue's cavities.
   void beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples, bool measured);
   void move();
+  /// Looks at cells and nodes, for the step and the energy: behind forces(), whose tensions it reads.
   void measure(const cl::Buffer& parameters);
   /// Which of two steps in turn: counts move().
   int odd() const { return odd_; }
@@ -119,7 +120,8 @@ class Solid {
     losing,
     first_stored,
     damped,
-    cavity_work,
+    swept,
+    cavity_work = swept + 4,
     active_work = cavity_work + 4,
     stored_change,
     dissipated,

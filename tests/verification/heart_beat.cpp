@@ -64,8 +64,10 @@ TEST(HeartBeat, IsThatOfAHealthyAdult) {
     EXPECT_GE(value, range.second[0].as<double>()) << name;
     EXPECT_LE(value, range.second[1].as<double>()) << name;
   }
-  for (const char* name : {"beats", "beat_difference", "valve_switches", "ringing_mmHg", "blood_apart_mL",
-                           "smallest_volume_ratio"})
+  for (const char* name :
+       {"beats", "beat_difference", "valve_switches", "ringing_mmHg", "blood_apart_mL",
+        "smallest_volume_ratio", "active_work_mJ", "lv_work_on_blood_mJ", "rv_work_on_blood_mJ",
+        "stored_energy_change_mJ", "dissipated_energy_mJ", "energy_residual"})
     std::printf("%-36s %9.4f\n", name, beat.feature.at(name));
   EXPECT_LE(beat.feature.at("beats"), 10);
   EXPECT_LE(beat.feature.at("beat_difference"), 0.01);
@@ -75,6 +77,13 @@ TEST(HeartBeat, IsThatOfAHealthyAdult) {
   // The loop's blood is conserved to rounding (circulation.cpp); cavities hold what it says they do.
   EXPECT_LE(beat.feature.at("blood_apart_mL"), 1e-4 * beat.feature.at("lv_edv_mL"));
   EXPECT_GE(beat.feature.at("smallest_volume_ratio"), 0.5);
+  EXPECT_LT(std::abs(beat.feature.at("energy_residual")), 0.01);
+  // The works at every step of the tissue are those of the recorded loops.
+  for (const char* ventricle : {"lv", "rv"}) {
+    const std::string name = ventricle;
+    const double loop = beat.feature.at(name + "_stroke_work_mJ");
+    EXPECT_NEAR(beat.feature.at(name + "_work_on_blood_mJ"), loop, 0.01 * loop) << name;
+  }
 }
 
 TEST(HeartBeat, DoesNotDependOnItsNeighbour) {

@@ -52,8 +52,8 @@ std::vector<Blood> blood_of_beats(int beats) {
   std::vector<double> state;
   for (int step = 0; state.empty() || state[Solid::ended] == 0; ++step) {
     const bool look = step % steps_per_look == 0;
-    if (look) solid.measure(parameters);
     solid.forces(parameters);
+    if (look) solid.measure(parameters);
     solid.predict();
     std::vector<double> loop(compartments);
     // The loop at the step's beginning; its state begins with the volumes (kernels/beats.clh,
