@@ -5,9 +5,10 @@
 //   solid_move                    velocities with the pressures, displacements
 // Element, cut cells, pressure through the cavity's fraction: solver/README.md. The mean-dilatation pressure: Simo, Taylor &
 // Pister, Comput. Methods Appl. Mech. Eng. 51 (1985), with one pressure a cell and U = kappa/2 (J - 1)^2.
-// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR; -D VISCOUS where some tissue is.
-#if !defined(PARAMETERS) || !defined(MASS_FLOOR)
-#error "solid.cl needs PARAMETERS, MASS_FLOOR"
+// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR, MOST_SLOTS (that a tile can have); -D VISCOUS
+// where some tissue is.
+#if !defined(PARAMETERS) || !defined(MASS_FLOOR) || !defined(MOST_SLOTS)
+#error "solid_cells.cl needs PARAMETERS, MASS_FLOOR, MOST_SLOTS"
 #endif
 
 // The law's own energy of a change of volume, else kappa/2 (J - 1)^2.
@@ -118,27 +119,19 @@ inline Columns point_stress(const Columns *F, const Columns *D, real3 f, real3 s
   return P;
 }
 
-// Forces (8, 3, cells) of cells on their nodes, mN. share (cells): of the cell in tissue, 0 in padding. direction (points, 3,
+// Modes of the forces of a cell, by its displacements' modes. share (4, cells): of the cell's quarters in tissue, 0 in padding. direction (points, 3,
 // cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
 // law's states, the stretch of the step before, and the tension (kPa).
-static inline void cell_forces(int i, global const real *restrict parameters, global const wide *restrict state,
-                         global const ushort *restrict member_of, global const int *restrict cell_nodes,
-                         global const real *restrict share, global const uchar *restrict region,
-                         global const real *restrict direction, global const real *restrict activation,
-                         global real *restrict tension, global const real *restrict u,
-                         global const real *restrict v, global real *restrict force, const int cells,
-                         const int nodes_stride, const real h, const int odd) {
+static inline Modes cell_forces(int i, const Modes m, const Modes rate, global const real *restrict parameters,
+                         global const wide *restrict S, int member, global const real *restrict share,
+                         global const uchar *restrict region, global const real *restrict direction,
+                         global const real *restrict activation, global real *restrict tension, const int cells,
+                         const int odd) {
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
-  if (!(phi > 0)) return;
-  const int member = member_of[i / SOLID_BLOCK];
-  global const wide *S = state + member * MEMBER_STATE;
-  if (S[ENDED] != 0) return;
+  if (!(phi > 0)) return no_modes();
   global const real *M = parameters + (size_t)member * PARAMETERS + material_first[region[i]];
-  int nodes[8];
-  load_nodes(cell_nodes, i, cells, nodes);
-  const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
   const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
@@ -157,9 +150,6 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
 #else
   const real per_stretch = 0;
 #endif
-#ifdef VISCOUS
-  const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
-#endif
   Modes sum = no_modes();
   for (int g = 0; g < POINTS; ++g) {
     const real3 e = point_offset(g);
@@ -173,7 +163,20 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
                                    fmax(quarter[g], MASS_FLOOR), quarter[g] * per_stretch, pressure, M);
     add_stress(&sum, &P, e);
   }
-  store_corners(&sum, -h * h / 16, force, i, cells);
+  return sum;
+}
+
+#ifdef GPU
+#define TILE local
+#else
+#define TILE private
+#endif
+
+// The displacements (3, slots) of a cell's corners, in its tile.
+inline Modes tile_modes(TILE const real *field, const int *slot, int stride, real scale) {
+  real3 n[8];
+  for (int c = 0; c < 8; ++c) n[c] = scale * (real3)(field[slot[c]], field[slot[c] + stride], field[slot[c] + 2 * stride]);
+  return modes_of(n);
 }
 
 // Area of a face by its corners, (integral of N_a n) for each; n points as dxi x deta. 2 x 2 Gauss points are exact. Returns the
@@ -253,26 +256,117 @@ static inline void cavity_forces(int j, global const wide *restrict state, globa
   volume[j] = total;
 }
 
-// Both in one launch, which would be two short ones: cells first, then items.
+// The cells' forces (3, slots), mN, each tile's added up by node, and what cavities' volumes depend on: two short launches in one. A work-group (a
+// work-item on CPUs) is a tile or a block of items. most: slots of the largest tile. pulls (tiles), where pressures are prescribed: sum of the
+// squares of the cells' forces.
 kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
-                         global const real *restrict share, global const uchar *restrict region,
-                         global const real *restrict direction, global const real *restrict activation,
-                         global real *restrict tension, global const real *restrict u,
-                         global const real *restrict v, global real *restrict force,
-                         global const ushort *restrict member_of_item, global const int *restrict item_cell,
-                         global const uchar *restrict item_cavity, global const real *restrict item_share,
-                         global const real *restrict item_faces, global const real *restrict position,
-                         global const real *restrict lid, global real *restrict gradient, global real *restrict volume,
-                         const int cells, const int nodes_stride, const int items, const real h, const int odd) {
-  const int i = get_global_id(0);
-  if (i < cells)
-    cell_forces(i, parameters, state, member_of, cell_nodes, share, region, direction, activation, tension, u, v, force,
-                cells, nodes_stride, h, odd);
+                         global const int *restrict tile_slots, global const int *restrict slot_node,
+                         global const ushort *restrict cell_slots, global const real *restrict share,
+                         global const uchar *restrict region, global const real *restrict direction,
+                         global const real *restrict activation, global real *restrict tension,
+                         global const real *restrict u, global const real *restrict v, global real *restrict force,
+                         global real *restrict pulls, global const ushort *restrict member_of_item,
+                         global const int *restrict item_cell, global const uchar *restrict item_cavity,
+                         global const real *restrict item_share, global const real *restrict item_faces,
+                         global const real *restrict position, global const real *restrict lid,
+                         global real *restrict gradient, global real *restrict volume, local real *restrict scratch,
+                         const int cells, const int nodes_stride, const int items, const int slots, const int most,
+                         const real h, const int odd) {
+#ifdef GPU
+  const int tile = get_group_id(0), own = get_local_id(0);
+#else
+  const int tile = get_global_id(0);
+#endif
 #if CAVITIES > 0
-  else
-    cavity_forces(i - cells, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes, position,
-                  lid, u, gradient, volume, cells, nodes_stride, items, h);
+  if (tile >= cells / SOLID_BLOCK) {
+#ifndef GPU
+    for (int own = 0; own < SOLID_BLOCK; ++own)
+#endif
+      cavity_forces(tile * SOLID_BLOCK - cells + own, state, member_of_item, item_cell, item_cavity, item_share, item_faces,
+                    cell_nodes, position, lid, u, gradient, volume, cells, nodes_stride, items, h);
+    return;
+  }
+#endif
+  const int member = member_of[tile], first = tile_slots[tile], count = tile_slots[tile + 1] - first;
+  global const wide *S = state + member * MEMBER_STATE;
+  if (S[ENDED] != 0) return;
+#ifdef GPU
+  local real *at = scratch, *sum = scratch + 3 * most;
+  for (int k = own; k < count; k += SOLID_BLOCK) {
+    const int a = slot_node[first + k];
+    for (int d = 0; d < 3; ++d) {
+      at[k + d * most] = u[a + (size_t)d * nodes_stride];
+      sum[k + d * most] = 0;
+    }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const int i = tile * SOLID_BLOCK + own;
+  int slot[8];
+  for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
+#ifdef VISCOUS
+  int nodes[8];
+  load_nodes(cell_nodes, i, cells, nodes);
+  const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
+#else
+  const Modes rate = no_modes();
+#endif
+  const Modes f = cell_forces(i, tile_modes(at, slot, most, R(0.25) / h), rate, parameters, S, member, share, region, direction,
+                              activation, tension, cells, odd);
+  const bool tissue = share[i] + share[i + (size_t)cells] + share[i + 2 * (size_t)cells] + share[i + 3 * (size_t)cells] > 0;
+  real pull = 0;
+  // A node is corner c of one cell at most.
+  for (int c = 0; c < 8; ++c) {
+    if (tissue) {
+      const real3 of_corner = at_corner(&f, c, -h * h / 16);
+      sum[slot[c]] += of_corner.x;
+      sum[slot[c] + most] += of_corner.y;
+      sum[slot[c] + 2 * most] += of_corner.z;
+      pull += dot(of_corner, of_corner);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  for (int k = own; k < count; k += SOLID_BLOCK)
+    for (int d = 0; d < 3; ++d) force[first + k + (size_t)d * slots] = sum[k + d * most];
+#if !BEATS
+  barrier(CLK_LOCAL_MEM_FENCE);
+  sums_of_block(&pull, 1, scratch);
+  if (own == 0) pulls[tile] = scratch[0];
+#endif
+#else
+  real at[3 * MOST_SLOTS], sum[3 * MOST_SLOTS], pull = 0;
+  for (int k = 0; k < count; ++k) {
+    const int a = slot_node[first + k];
+    for (int d = 0; d < 3; ++d) {
+      at[k + d * MOST_SLOTS] = u[a + (size_t)d * nodes_stride];
+      sum[k + d * MOST_SLOTS] = 0;
+    }
+  }
+  for (int i = tile * SOLID_BLOCK; i < (tile + 1) * SOLID_BLOCK; ++i) {
+    int slot[8];
+    for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
+#ifdef VISCOUS
+    int nodes[8];
+    load_nodes(cell_nodes, i, cells, nodes);
+    const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
+#else
+    const Modes rate = no_modes();
+#endif
+    const Modes f = cell_forces(i, tile_modes(at, slot, MOST_SLOTS, R(0.25) / h), rate, parameters, S, member, share, region,
+                                direction, activation, tension, cells, odd);
+    for (int c = 0; c < 8; ++c) {
+      const real3 of_corner = at_corner(&f, c, -h * h / 16);
+      sum[slot[c]] += of_corner.x;
+      sum[slot[c] + MOST_SLOTS] += of_corner.y;
+      sum[slot[c] + 2 * MOST_SLOTS] += of_corner.z;
+      pull += dot(of_corner, of_corner);
+    }
+  }
+  for (int k = 0; k < count; ++k)
+    for (int d = 0; d < 3; ++d) force[first + k + (size_t)d * slots] = sum[k + d * MOST_SLOTS];
+#if !BEATS
+  pulls[tile] = pull;
+#endif
 #endif
 }
 

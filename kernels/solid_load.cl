@@ -31,7 +31,7 @@ inline void take_cavity_samples(global wide *S, const wide *volumes, wide time, 
 // is quasi-static one sample, at rest.
 kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict speeds, global const real *restrict measures,
                        global const real *restrict dashpots,
-                       global const real *restrict volume, global const int *restrict node_blocks,
+                       global const real *restrict volume, global const real *restrict pulls, global const int *restrict node_blocks,
                        global const int *restrict cell_blocks, global const int *restrict item_blocks,
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
                        global float *restrict series, const int samples, const real interval, const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
@@ -51,7 +51,11 @@ kernel void solid_load(global const real *restrict parameters, global const real
   const int first = node_blocks[member], last = node_blocks[member + 1];
   const wide kinetic = member_sum(partial + (size_t)KINETIC_SUM * all_node_blocks, first, last, scratch);
   const wide free_force = member_sum(partial + (size_t)FREE_SUM * all_node_blocks, first, last, scratch);
-  const wide loaded = member_sum(partial + (size_t)LOADED_SUM * all_node_blocks, first, last, scratch);
+  wide pressed = 0;
+  for (int q = 0; q < CAVITIES; ++q) pressed += fabs(S[FIRST_PRESSURE + q]);
+  // Without pressures over what cells pull with.
+  const wide loaded = pressed > 0 ? member_sum(partial + (size_t)LOADED_SUM * all_node_blocks, first, last, scratch)
+                                  : member_sum(pulls, cell_blocks[member], cell_blocks[member + 1], scratch);
   wide volumes[CAVITIES + 1];
   for (int q = 0; q < CAVITIES; ++q)
     volumes[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,

@@ -86,7 +86,9 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
-             "MEMBER_GROUP=" + std::to_string(member_group), std::string("BEATS=") + (beats ? "1" : "0")};
+             "MOST_SLOTS=" + std::to_string(8 * SolidMesh::block),
+             "MEMBER_GROUP=" + std::to_string(member_group),
+             std::string("BEATS=") + (beats ? "1" : "0")};
   options.emplace_back(std::string("ENERGY=") + (balances_ ? "1" : "0"));
   if (viscous) options.emplace_back("VISCOUS");
   program_ = stepping.build(device, parts, options);
@@ -125,11 +127,63 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
 }
 
-// The buffers of the batch before.
+std::vector<cl::Buffer> Solid::buffers() const {
+  return {state_,
+          member_of_cell_,
+          member_of_node_,
+          member_of_item_,
+          cell_nodes_,
+          share_,
+          region_,
+          direction_,
+          activation_,
+          tension_,
+          u_,
+          v_,
+          force_,
+          item_cell_,
+          item_cavity_,
+          item_share_,
+          item_faces_,
+          position_,
+          lid_,
+          gradient_,
+          volume_,
+          corners_,
+          tile_slots_,
+          slot_node_,
+          cell_slots_,
+          first_slot_,
+          node_slots_,
+          cavity_block_,
+          pulls_,
+          inverse_mass_,
+          support_of_,
+          support_,
+          cavity_of_,
+          cavity_corners_,
+          cavity_gradient_,
+          node_sums_,
+          measures_,
+          node_blocks_,
+          cell_blocks_,
+          item_blocks_,
+          pressures_,
+          inflation_,
+          damping_,
+          cell_bounds_,
+          speeds_,
+          dashpots_,
+          series_};
+}
+
+// The buffers of the batch before, but for small ones.
 void Solid::release() {
   for (cl::Buffer* buffer :
-       {&cell_nodes_, &share_, &direction_, &tension_, &u_, &v_, &force_, &item_share_, &item_faces_,
-        &position_, &gradient_, &cell_bounds_, &corners_, &support_, &cavity_corners_, &cavity_gradient_})
+       {&cell_nodes_, &tile_slots_,     &slot_node_,      &cell_slots_, &first_slot_,  &node_slots_,
+        &share_,      &direction_,      &tension_,        &u_,          &v_,           &force_,
+        &item_share_, &item_faces_,     &position_,       &gradient_,   &cell_bounds_, &corners_,
+        &support_,    &cavity_corners_, &cavity_gradient_})
     *buffer = cl::Buffer();
 }
 
@@ -168,7 +222,13 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   cell_nodes_ = upload_new(launcher_, mesh_.cell_nodes);
   share_ = reals(mesh_.share);
   region_ = upload_new(launcher_, mesh_.region);
+  tile_slots_ = upload_new(launcher_, mesh_.tile_slots);
+  slot_node_ = upload_new(launcher_, mesh_.slot_node);
+  cell_slots_ = upload_new(launcher_, mesh_.cell_slots);
   corners_ = upload_new(launcher_, mesh_.corners);
+  first_slot_ = upload_new(launcher_, mesh_.first_slot);
+  node_slots_ = upload_new(launcher_, mesh_.node_slots);
+  cavity_block_ = upload_new(launcher_, mesh_.cavity_block);
   item_cell_ = upload_new(launcher_, mesh_.item_cell);
   item_cavity_ = upload_new(launcher_, mesh_.item_cavity);
   item_share_ = reals(mesh_.item_share);
@@ -196,7 +256,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   inverse_mass_ = reals(inverse);
   u_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
   v_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
-  force_ = reals(std::vector<double>(24 * n(mesh_.cells), 0));
+  force_ = reals(std::vector<double>(3 * mesh_.slot_node.size(), 0));
+  pulls_ = reals(std::vector<double>(n(mesh_.cells / SolidMesh::block), 0));
   gradient_ = reals(std::vector<double>(24 * n(mesh_.items), 0));
   volume_ = reals(std::vector<double>(n(mesh_.items), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
@@ -256,13 +317,20 @@ void Solid::forces(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
   const std::size_t items = scene_.mechanics->cavities.empty() ? 0 : static_cast<std::size_t>(mesh_.items);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(forces_, cl::NDRange(cells + items), cl::NDRange(SolidMesh::block),
-            static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)) +
-                static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
-            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_,
-            tension_, u_, v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_,
-            position_, lid_, gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm},
-            odd_);
+  const bool gpu = launcher_.device().info().gpu;
+  const auto slots = static_cast<std::size_t>(mesh_.slot_node.size());
+  const std::size_t size = gpu ? cells + items : (cells + items) / SolidMesh::block;
+  launcher_(
+      forces_, cl::NDRange(size), cl::NDRange(gpu ? SolidMesh::block : 1),
+      static_cast<double>(cells) * (17 + real * (4 + 12 + 1 + tension_states_ + 4)) +
+          static_cast<double>(slots) * (4 + real * 6) +
+          static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
+      parameters, state_, member_of_cell_, cell_nodes_, tile_slots_, slot_node_, cell_slots_, share_, region_,
+      direction_, activation_, tension_, u_, v_, force_, pulls_, member_of_item_, item_cell_, item_cavity_,
+      item_share_, item_faces_, position_, lid_, gradient_, volume_,
+      cl::Local(gpu ? real_bytes(scene_.precision) * static_cast<std::size_t>(mesh_.most_slots) * 6 : 8),
+      mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots), mesh_.most_slots, Real{grid_.dx_mm},
+      odd_);
 }
 
 void Solid::predict() {
@@ -270,18 +338,21 @@ void Solid::predict() {
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(predict_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
-            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (40 + real * (24 + 1 + 9)),
-            state_, member_of_node_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
-            cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_, node_sums_, mesh_.cells,
-            mesh_.nodes, supports_, mesh_.items, mesh_.cavity_nodes, odd_);
+            cl::NDRange(gpu ? SolidMesh::block : 1),
+            static_cast<double>(nodes) * (8 + real * (1 + 6)) +
+                static_cast<double>(mesh_.slot_node.size()) * (4 + real * 3),
+            state_, member_of_node_, first_slot_, node_slots_, inverse_mass_, support_of_, support_,
+            cavity_block_, cavity_of_, cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_,
+            node_sums_, static_cast<int>(mesh_.slot_node.size()), mesh_.nodes, supports_, mesh_.items,
+            mesh_.cavity_nodes, odd_);
 }
 
 void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters_, node_sums_, speeds_, measures_, dashpots_, volume_, node_blocks_, cell_blocks_,
-            item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
+            0.0, parameters_, node_sums_, speeds_, measures_, dashpots_, volume_, pulls_, node_blocks_,
+            cell_blocks_, item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
             Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0},
             mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
@@ -303,8 +374,8 @@ void Solid::move() {
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(move_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), static_cast<double>(nodes) * real * 10,
-            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_of_, cavity_gradient_, u_,
-            v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
+            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_block_, cavity_of_,
+            cavity_gradient_, u_, v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
   odd_ = 1 - odd_;
 }
 
@@ -315,17 +386,18 @@ void Solid::find_fastest_mode(const cl::Buffer& parameters) {
   const double real = static_cast<double>(real_bytes(scene_.precision));
   const cl::Buffer wave = reals(std::vector<double>(6 * nodes, 0));
   const cl::Buffer sums = reals(std::vector<double>(3 * nodes / SolidMesh::block, 0));
+  const cl::Buffer force = reals(std::vector<double>(24 * cells, 0));
   launcher_(wave_start_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), 0.0, member_of_node_,
             node_blocks_, state_, wave, mesh_.nodes);
   for (int k = 0; k < mode_iterations; ++k) {
     launcher_(wave_cells_, cl::NDRange(cells), cl::NDRange(SolidMesh::block),
               static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)), parameters, state_,
-              member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, wave, force_,
+              member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, wave, force,
               mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
     launcher_(wave_nodes_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
               cl::NDRange(gpu ? SolidMesh::block : 1),
               static_cast<double>(nodes) * (40 + real * (24 + 1 + 6)), state_, member_of_node_, corners_,
-              inverse_mass_, support_of_, support_, force_, wave, sums, mesh_.cells, mesh_.nodes, supports_);
+              inverse_mass_, support_of_, support_, force, wave, sums, mesh_.cells, mesh_.nodes, supports_);
     launcher_(wave_member_, cl::NDRange(gpu ? members * member_group : members),
               cl::NDRange(gpu ? member_group : 1), 0.0, parameters, sums, node_blocks_, state_,
               mesh_.nodes / SolidMesh::block, Real{grid_.dx_mm});
@@ -385,25 +457,18 @@ double Solid::first_step_ms(const cl::Buffer& parameters) {
 }
 
 std::size_t Solid::bytes() const {
-  const std::size_t real = real_bytes(scene_.precision), cavities = scene_.mechanics->cavities.size();
+  std::size_t built = 0;
+  for (const cl::Buffer& buffer : buffers())
+    if (buffer() != nullptr) built += std::max(buffer.getInfo<CL_MEM_SIZE>(), Device::least_bytes);
+  // What stands beside them for a while.
+  const std::size_t real = real_bytes(scene_.precision);
   const auto n = [](int count) { return static_cast<std::size_t>(count); };
-  const std::size_t block = SolidMesh::block, sums = 4 + cavities + cavities * (cavities + 1) / 2;
-  const std::size_t cells = n(mesh_.cells), nodes = n(mesh_.nodes), items = n(mesh_.items);
-  const std::size_t of_cells =
-      cells *
-          (32 + 1 + real * (4 + (sheets_ ? 24 : 12) + 24 + 2 + n(tension_states_) + (balances_ ? 4 : 2))) +
-      cells / block * (2 + (balances_ ? 4 : 2) * real);
-  const std::size_t of_nodes =
-      nodes * (32 + 8 + real * 10) + nodes / block * (2 + (sums + (balances_ ? 2 : 1)) * real);
-  const std::size_t of_items = items * (5 + real * (4 + 6 + 24 + 1)) + items / block * 2 +
-                               n(mesh_.cavity_nodes) * cavities * (32 + 3 * real);
-  const std::size_t of_members =
-      n(members_) * (state_size * 8 + cavities * (6 + 4) * real + 2 * cavities * samples_ * sizeof(float) +
-                     (4 + cavities) * sizeof(int) + 2 * real);
-  const std::size_t built = of_cells + of_nodes + of_items + of_members + n(supports_) * 18 * real;
+  const std::size_t nodes = n(mesh_.nodes);
   const std::size_t for_supports = nodes * 6 + n(members_) * n(scene_.parameters.size()) * real;
   const std::size_t for_fastest_mode =
-      viscous_ || scene_.mechanics->quasi_static ? 0 : nodes * 6 * real + nodes / block * 3 * real;
+      viscous_ || scene_.mechanics->quasi_static
+          ? 0
+          : (n(mesh_.cells) * 24 + nodes * 6 + nodes / SolidMesh::block * 3) * real;
   const std::size_t for_mesh = n(members_) * static_cast<std::size_t>(grid_.size()) * (1 + 8 * n(voids_ + 1));
   constexpr std::size_t small_buffers = 20 * Device::least_bytes;
   return std::max(built + std::max(for_supports, for_fastest_mode), for_mesh) + small_buffers;

@@ -131,6 +131,8 @@ class Solid {
   };
 
  private:
+  /// All that a batch has.
+  std::vector<cl::Buffer> buffers() const;
   void release();
   void find_mesh(const cl::Buffer& parameters);
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
@@ -153,11 +155,12 @@ class Solid {
   Real4 loads_{};  ///< kernels/solid_load.cl
   cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_,
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
-      position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
-      cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
-      pressures_, inflation_, damping_, cell_bounds_, speeds_, dashpots_;
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_,
-      bound_, find_dashpots_, wave_start_, wave_cells_, wave_nodes_, wave_member_;
+      position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
+      node_slots_, cavity_block_, pulls_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
+      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_,
+      inflation_, damping_, cell_bounds_, speeds_, dashpots_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
+      find_dashpots_, wave_start_, wave_cells_, wave_nodes_, wave_member_;
 };
 
 }  // namespace cohort

@@ -16,13 +16,14 @@ struct Balance {
   double active, on_blood, stored, dissipated, residual;
 };
 
-/// A ventricle under a constant pressure, let go from a stretched state where it has no tension, for 60 ms.
+/// A ventricle under a constant pressure, let go from a stretched state where it has no tension, for 100 ms.
 struct Case {
   const char* name;
   std::string tension;
   Settings set;
   Precision precision = Precision::double_;
   double pull_mm = 4;
+  bool lid_moves = false;
   int look_every = 16;
 };
 
@@ -33,14 +34,15 @@ Balance balance(const Case& one) {
   scene.mechanics->boundary = {{"base", "below_base", Kind::clamp_normal},
                                {"ring", "below_base", Kind::spring},
                                {"outside", "outer", Kind::spring_normal}};
+  if (one.lid_moves) scene.mechanics->boundary = {{"outside", "outer", Kind::spring}};
   Settings set = ellipsoids({20, 20, 60}, 9.5, 5);
   set.insert(set.end(), {{"geometry.shapes.below_base.half_space.point_mm.z", 0},
                          {"mechanics.damping_per_ms", 0},
-                         {"mechanics.boundary.ring.damping_kPa_ms_per_mm", 0},
                          {"mechanics.boundary.outside.damping_kPa_ms_per_mm", 0},
                          {"mechanics.cavities.lv.pressure_kPa", 1.5},
-                         {"mechanics.load.ramp_ms", 10},
-                         {"time.end_ms", 60}});
+                         {"mechanics.load.ramp_ms", 30},
+                         {"time.end_ms", 100}});
+  if (!one.lid_moves) set.emplace_back("mechanics.boundary.ring.damping_kPa_ms_per_mm", 0);
   set.insert(set.end(), one.set.begin(), one.set.end());
   SolidRun run(std::move(scene), set);
   EXPECT_EQ(run.solid->defect(0), "");
@@ -82,7 +84,7 @@ TEST(EnergyBalance, OfVibration) {
     if (one.set.empty()) {
       EXPECT_EQ(found.dissipated, 0);
     } else {
-      EXPECT_GT(found.dissipated, 1) << one.name;
+      EXPECT_GT(found.dissipated, 0.5) << one.name;
     }
   }
 }
@@ -112,16 +114,28 @@ TEST(EnergyBalance, OfContraction) {
   }
 }
 
+// What cells do between the looks; the rest of the residual is of first order in the step.
 TEST(EnergyBalance, IsOfSecondOrderInTheLooks) {
-  for (Case one : {twitch(), constant()}) {
-    std::vector<double> residuals;
-    for (const int every : {1, 8, 16, 32}) {
-      one.look_every = every;
-      residuals.push_back(std::abs(balance(one).residual));
-    }
-    EXPECT_LT(residuals[0], 1e-4) << one.name;
-    EXPECT_GT(std::log2(residuals[3] / residuals[1]) / 2, 1.7) << one.name;
+  Case one = constant();
+  std::vector<double> residuals;
+  for (const int every : {1, 8, 16, 32}) {
+    one.look_every = every;
+    residuals.push_back(balance(one).residual);
   }
+  EXPECT_LT(std::abs(residuals[0]), 1e-3);
+  const double order = std::log2(std::abs((residuals[3] - residuals[0]) / (residuals[2] - residuals[0])));
+  std::printf("order %.2f\n", order);
+  EXPECT_GT(order, 1.8);
+}
+
+// A ventricle that nothing holds at its base: its lid moves, and the wall works less on the blood than the
+// volume says.
+TEST(EnergyBalance, OfALidThatMoves) {
+  Case one{"lid moves", "", mass};
+  one.lid_moves = true;
+  one.pull_mm = 0;
+  const Balance found = balance(one);
+  EXPECT_LT(std::abs(found.residual), 0.01);
 }
 
 }  // namespace
