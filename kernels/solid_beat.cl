@@ -3,16 +3,19 @@
 // a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.cl and chamber_of_cavity[] from the host.
 
 // cavity_ends (members): behind a member's last block of nodes that touches a cavity. inflation (members, 2 + CAVITIES): duration ms,
-// damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
+// damping 1/ms, pressures kPa. damping (members): 1/ms in beats. sampled: whether solid_predict has summed all, so in the step before each that
+// is measured, and in that.
 kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
-                       global const real *restrict speeds, global const real *restrict measures, global const real *restrict volume,
+                       global const real *restrict speeds, global const real *restrict measures,
+                       global const real *restrict dashpots, global const real *restrict volume,
                        global const int *restrict node_blocks, global const int *restrict cell_blocks,
                        global const int *restrict item_blocks, global const int *restrict cavity_ends, global const real *restrict inflation,
                        global const real *restrict damping, global wide *restrict state,
                        global heart_state *restrict hearts, global heart_status *restrict status,
                        global const wide *restrict numbers, global float *restrict pressures,
                        global float *restrict volumes, const int at_most, const int samples, const int all_node_blocks,
-                       const int all_cell_blocks, const int measured, const real h, const real courant, const int odd) {
+                       const int all_cell_blocks, const int sampled, const int measured,
+                       const real h, const real courant, const int odd) {
   MEMBER_SCRATCH(scratch, NODE_SUMS);
 #ifdef GPU
   const int member = get_group_id(0), item = get_local_id(0);
@@ -29,25 +32,45 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q], item_blocks[member * CAVITIES + q + 1], scratch);
   real speed2 = 0, collapse = 0;
   wide energy = 0;
+  if (sampled) member_sums(partial, RATE_SUM, all_node_blocks, first, last, scratch, sums);
   if (measured) {
-    member_sums(partial, RATE_SUM, all_node_blocks, first, last, scratch, sums);
     const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
     speed2 = member_largest(speeds, first, last, scratch);
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
+#if ENERGY
+  wide active = 0, power = 0;
+  if (measured) {
+    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
+    active = member_sum(measures + (size_t)ACTIVE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    power = member_sum(measures + (size_t)VISCOUS_MEASURE * all_cell_blocks, first_cell, last_cell, scratch) +
+            member_sum(dashpots, first, last, scratch);
+  }
+#endif
   if (item != 0) return;
   if (measured) take_measures(S, speed2, collapse, energy, h, courant);
-  if (!isfinite((real)sums[RATE_SUM]) || (measured && !isfinite((real)sums[KINETIC_SUM]))) S[ENDED] = TISSUE_RUNAWAY;
+  if (!isfinite((real)sums[RATE_SUM]) || (sampled && !isfinite((real)sums[KINETIC_SUM]))) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
-  if (measured) S[KINETIC] = sums[KINETIC_SUM];
+#if ENERGY
+  const wide kinetic = kinetic_now(sums[KINETIC_SUM], S[KINETIC]);
+  wide kPa_before[CAVITIES];
+  for (int q = 0; q < CAVITIES; ++q) kPa_before[q] = S[FIRST_PRESSURE + q];
+#endif
+  if (sampled) S[KINETIC] = sums[KINETIC_SUM];
+  S[STEP_DAMPING] = S[DAMPING];
+  if (S[BEAT_TIME] >= 0 && hearts[member].ended != RUNNING) {  // with the step before, which the tissue has taken
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = mm3[q];
+    if (S[ENDED] == 0) S[ENDED] = TISSUE_SETTLED;
+    return;
+  }
   S[STEPS_DONE] += 1;
   wide next = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
   const loop_parameters a = load_loop(parameters + (size_t)member * PARAMETERS, numbers[0]);
   const heart_clock c = load_clock(numbers, at_most, samples);
   global const real *filling = inflation + member * (2 + CAVITIES);
   if (S[BEAT_TIME] < 0) {
-    S[TIME] += dt;
+    advance_time(S, dt);
     const wide duration = filling[0], share = fmin(S[TIME] / (W(0.6) * duration), W(1.));
     for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = filling[2 + q] * share * share * (3 - 2 * share);
     S[DAMPING] = filling[1];
@@ -95,12 +118,15 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     }
     const long row = (long)member * COMPARTMENTS * samples;
     const wide taken = advance_heart(&a, &c, &heart, &tissue, dt, pressures + row, volumes + row);
-    S[TIME] += taken;
+    advance_time(S, taken);
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
+#if ENERGY  // of the beat in which the step begins
+    balance_step(S, kPa_before, sums + RATE_SUM, dt);
+    if (measured) balance_look(S, energy + kinetic + sums[SPRING_SUM], power + 2 * S[DAMPING] * kinetic, active);
+#endif
     S[BEAT_TIME] = heart.time;
     S[BEAT] = heart.beat;
-    for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
     next = clipped_step(&c, &heart, next);
-    if (heart.ended != RUNNING && S[ENDED] == 0) S[ENDED] = TISSUE_SETTLED;
     hearts[member] = heart;
     status[member] = status_of(&heart);
   }

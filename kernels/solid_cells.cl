@@ -445,14 +445,37 @@ inline real wave_stiffness(int i, const Columns *F, symmetric C, symmetric S, re
 // By block of cells (2, blocks): -(smallest mean volume ratio), strain energy (uJ).
 #define COLLAPSE_MEASURE 0
 #define ENERGY_MEASURE 1
+#if ENERGY  // and since the look before the work of active tension, uJ, and now the power of viscosity, uJ/ms
+#define ACTIVE_MEASURE 2
+#define VISCOUS_MEASURE 3
+#define CELL_MEASURES 4
+#else
 #define CELL_MEASURES 2
+#endif
+#define CELL_SUMS (CELL_MEASURES - ENERGY_MEASURE)
+#if ENERGY && defined(VISCOUS)
+// Square of the rate of Green-Lagrange strain, 1/ms2, as viscosity weighs it.
+inline real strain_rate2(const Modes *m, const int *nodes, const real *quarter, global const real *restrict v, int stride, real h) {
+  const Modes rate = cell_modes(v, nodes, stride, R(0.25) / h);
+  real sum = 0;
+  for (int g = 0; g < POINTS; ++g) {
+    const real3 e = point_offset(g);
+    const Columns F = deformation(m, e), D = gradient_at(&rate, e);
+    const symmetric E = {dot(F.x, D.x), dot(F.y, D.y), dot(F.z, D.z), R(0.5) * (dot(F.y, D.z) + dot(F.z, D.y)),
+                         R(0.5) * (dot(F.x, D.z) + dot(F.z, D.x)), R(0.5) * (dot(F.x, D.y) + dot(F.y, D.x))};
+    sum += R(0.25) * fmax(quarter[g], MASS_FLOOR) * sym_contract(E, E);
+  }
+  return sum;
+}
+#endif
+
 // bound (cells): of the stiffness, times the mass at a corner per unit of density (solid_bound adds them up at nodes); where some tissue is
 // viscous the square of a wave's speed per unit of h, mm2/ms2.
 inline void measure_cell(int i, global const real *restrict P, global const int *restrict cell_nodes,
                          global const real *restrict share, global const uchar *restrict region,
-                         global const real *restrict direction, global const real *restrict tension,
-                         global const real *restrict u, global real *restrict bound, int cells, int nodes_stride,
-                         real h, real density, real pressure_share, real *measure) {
+                         global const real *restrict direction, global real *restrict tension,
+                         global const real *restrict u, global const real *restrict v, global real *restrict bound,
+                         int cells, int nodes_stride, real h, real density, real pressure_share, real *measure) {
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   if (!(quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0)) return;
@@ -511,16 +534,22 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
 #endif
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
   measure[ENERGY_MEASURE] += h * h * h * energy;
+#if ENERGY && TENSION
+  measure[ACTIVE_MEASURE] += R(0.25) * h * h * h * (quarter[0] + quarter[1] + quarter[2] + quarter[3]) * active_work(tension, i, cells);
+#endif
+#if ENERGY && defined(VISCOUS)
+  measure[VISCOUS_MEASURE] += h * h * h * M[M_viscosity_kPa_ms] * strain_rate2(&m, nodes, quarter, v, nodes_stride, h);
+#endif
 }
 
 kernel void solid_measure(global const real *restrict parameters, global const wide *restrict state,
                           global const ushort *restrict member_of, global const int *restrict cell_nodes,
                           global const real *restrict share, global const uchar *restrict region,
-                          global const real *restrict direction, global const real *restrict tension,
-                          global const real *restrict u, global real *restrict bound, global real *restrict partial,
-                          const int cells, const int nodes_stride, const real h) {
+                          global const real *restrict direction, global real *restrict tension,
+                          global const real *restrict u, global const real *restrict v, global real *restrict bound,
+                          global real *restrict partial, const int cells, const int nodes_stride, const real h) {
 #ifdef GPU
-  local real scratch[SOLID_BLOCK];
+  local real scratch[CELL_SUMS * SOLID_BLOCK];
   const int i = get_global_id(0), block = get_group_id(0), blocks = cells / SOLID_BLOCK;
 #else
   const int block = get_global_id(0), blocks = cells / SOLID_BLOCK;
@@ -529,16 +558,16 @@ kernel void solid_measure(global const real *restrict parameters, global const w
   if (state[member * MEMBER_STATE + ENDED] != 0) return;
   global const real *P = parameters + (size_t)member * PARAMETERS;
   const real density = P[PARAM_mechanics_density_mg_per_mm3], shared = state[member * MEMBER_STATE + PRESSURE_SHARE];
-  real measure[CELL_MEASURES] = {-R(1e30), 0};
+  real measure[CELL_MEASURES] = {-R(1e30)};
 #ifndef GPU
   for (int i = block * SOLID_BLOCK; i < (block + 1) * SOLID_BLOCK; ++i)
 #endif
-    measure_cell(i, P, cell_nodes, share, region, direction, tension, u, bound, cells, nodes_stride, h, density, shared,
+    measure_cell(i, P, cell_nodes, share, region, direction, tension, u, v, bound, cells, nodes_stride, h, density, shared,
                  measure);
 #ifdef GPU
   measure[COLLAPSE_MEASURE] = largest_of_block(measure[COLLAPSE_MEASURE], scratch);
-  sums_of_block(measure + ENERGY_MEASURE, 1, scratch);
-  measure[ENERGY_MEASURE] = scratch[0];
+  sums_of_block(measure + ENERGY_MEASURE, CELL_SUMS, scratch);
+  for (int k = 0; k < CELL_SUMS; ++k) measure[ENERGY_MEASURE + k] = scratch[k * SOLID_BLOCK];
   if (get_local_id(0) == 0)
 #endif
     for (int k = 0; k < CELL_MEASURES; ++k) partial[block + (size_t)k * blocks] = measure[k];

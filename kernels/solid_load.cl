@@ -30,12 +30,17 @@ inline void take_cavity_samples(global wide *S, const wide *volumes, wide time, 
 // that are not driven. series (members, 2, CAVITIES, samples): pressures (mmHg) and volumes (mL), every `interval` ms; of what
 // is quasi-static one sample, at rest.
 kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict speeds, global const real *restrict measures,
+                       global const real *restrict dashpots,
                        global const real *restrict volume, global const real *restrict pulls, global const int *restrict node_blocks,
                        global const int *restrict cell_blocks, global const int *restrict item_blocks,
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
                        global float *restrict series, const int samples, const real interval, const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
                        const real courant, const int odd) {
+#if ENERGY
+  MEMBER_SCRATCH(scratch, NODE_SUMS);
+#else
   MEMBER_SCRATCH(scratch, 1);
+#endif
 #ifdef GPU
   const int member = get_group_id(0), item = get_local_id(0);
 #else
@@ -62,7 +67,22 @@ kernel void solid_load(global const real *restrict parameters, global const real
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
+#if ENERGY
+  wide rates[NODE_SUMS - RATE_SUM + 1];
+  member_sums(partial + (size_t)RATE_SUM * all_node_blocks, NODE_SUMS - RATE_SUM, all_node_blocks, first, last, scratch, rates);
+  wide active = 0, power = 0, springs = 0;
+  if (measured) {
+    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
+    active = member_sum(measures + (size_t)ACTIVE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    power = member_sum(measures + (size_t)VISCOUS_MEASURE * all_cell_blocks, first_cell, last_cell, scratch) +
+            member_sum(dashpots, first, last, scratch);
+    springs = member_sum(partial + (size_t)SPRING_SUM * all_node_blocks, first, last, scratch);
+  }
+#endif
   if (item != 0) return;
+#if ENERGY
+  const wide kinetic_of_look = kinetic_now(kinetic, S[KINETIC]);
+#endif
   const wide time = S[TIME], ramp = loads.x, end = loads.y;
   const bool still = loads.w != 0, full = time >= ramp;
   if (measured) take_measures(S, speed2, collapse, energy, h, courant);
@@ -79,15 +99,24 @@ kernel void solid_load(global const real *restrict parameters, global const real
   if (S[ENDED] == 0 && still && full && S[STEP + odd] > 0 && residual < loads.z) S[ENDED] = TISSUE_SETTLED;
   if (!isfinite((real)kinetic) || !isfinite((real)free_force)) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
-  if (time + dt >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;
+#if ENERGY
+  wide kPa_before[CAVITIES + 1];
+  for (int q = 0; q < CAVITIES; ++q) kPa_before[q] = S[FIRST_PRESSURE + q];
+#endif
+  if (time >= end && S[ENDED] == 0) S[ENDED] = still ? TISSUE_UNSETTLED : TISSUE_SETTLED;
   const bool settled = S[ENDED] == TISSUE_SETTLED;
   global float *own_series = series + (size_t)member * 2 * CAVITIES * samples;
   if (!still || settled)
     take_cavity_samples(S, volumes, time, still ? 0 : S[STEP + 1 - odd], interval, settled, samples, own_series);
-  S[TIME] = S[BEAT_TIME] = time + dt;
+  S[STEP_DAMPING] = S[DAMPING];
+  if (settled) {
+    for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = volumes[q];
+    return;
+  }
+  advance_time(S, dt);
+  S[BEAT_TIME] = S[TIME];
   S[LOAD] = S[TIME] < ramp ? S[TIME] / ramp : 1;
   for (int q = 0; q < CAVITIES; ++q) {
-    S[FIRST_VOLUME + q] = volumes[q];
     S[LAST_PRESSURE + q] = S[FIRST_PRESSURE + q];
 #if DRIVEN_CAVITIES
     if (driven_cavity[q]) {
@@ -98,6 +127,11 @@ kernel void solid_load(global const real *restrict parameters, global const real
 #endif
     S[FIRST_PRESSURE + q] = S[LOAD] * pressures[member * CAVITIES + q];
   }
+#if ENERGY
+  balance_step(S, kPa_before, rates, dt);
+  if (measured) balance_look(S, energy + kinetic_of_look + springs, power + 2 * S[DAMPING] * kinetic_of_look, active);
+#endif
+  for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = volumes[q];
   S[STEPS_DONE] += 1;
   S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
 }

@@ -179,7 +179,7 @@ kernel void solid_move(global const int *restrict moving, global const wide *res
       f += (real)S[FIRST_PRESSURE + q] *
            (real3)(cavity_gradient[at], cavity_gradient[at + cavity_nodes], cavity_gradient[at + 2 * (size_t)cavity_nodes]);
     }
-    velocity += response((S[HALTED] != 0 ? R(0.5) * dt : dt) * f, inverse, 1 + (real)S[DAMPING] * dt, dt, support_of[a], supports, support_stride);
+    velocity += response((S[HALTED] != 0 ? R(0.5) * dt : dt) * f, inverse, 1 + (real)S[STEP_DAMPING] * dt, dt, support_of[a], supports, support_stride);
     v[a] = velocity.x;
     v[a + (size_t)nodes] = velocity.y;
     v[a + 2 * (size_t)nodes] = velocity.z;

@@ -15,11 +15,14 @@ kernel void solid_record(global const wide *restrict state, global const int *re
   if (next[row] < 0 || S[BEAT_TIME] < 0) return;
   wide value = 0;
   for (int c = 0; c < 8; ++c) value += weight[8 * point + c] * u[node[8 * point + c] + (size_t)(row % 3) * nodes];
-  const bool settled = S[ENDED] == TISSUE_SETTLED;
   global float *own = series + (size_t)row * samples;
   if (at_rest) {
-    if (settled) own[0] = (float)value;
+    if (S[ENDED] == TISSUE_SETTLED) own[0] = (float)value;
     if (S[ENDED] != 0) next[row] = -1;
+    return;
+  }
+  if (S[ENDED] != 0) {  // the last step has been sampled
+    next[row] = -1;
     return;
   }
   const wide now = each_beat ? S[BEAT_TIME] : S[BEAT] * S[BEAT_LENGTH] + S[BEAT_TIME];
@@ -32,8 +35,8 @@ kernel void solid_record(global const wide *restrict state, global const int *re
   int k = next[row];
   for (; k < samples; ++k) {
     const wide share = length > 0 ? (k * (wide)interval - begin) / length : 1;
-    if (!settled && !(share < 1 - (wide)1e-6f)) break;
+    if (!(share < 1 - (wide)1e-6f)) break;
     own[k] = (float)(first + fmin(share, (wide)1) * (value - first));
   }
-  next[row] = S[ENDED] != 0 ? -1 : over ? 0 : k;
+  next[row] = over ? 0 : k;
 }

@@ -166,8 +166,10 @@ void declare_windkessel(Scene& scene) {
   ParameterTable& table = scene.parameters;
   const std::string root = "circulation.windkessel.";
   const char* source = "systemic circulation of Regazzoni et al. 2022";
-  table.add({root + "peripheral_resistance_mmHg_s_per_mL", "mmHg s/mL", 1.053, 1e-3, 50,
-             "from the arteries to the veins", source});
+  const bool tissue = ventricles_of_tissue(scene);
+  table.add({root + "peripheral_resistance_mmHg_s_per_mL", "mmHg s/mL", tissue ? 0.97 : 1.053, 1e-3, 50,
+             "from the arteries to the veins",
+             tissue ? "both systemic vessels of the closed loop before ventricles of tissue" : source});
   table.add({root + "compliance_mL_per_mmHg", "mL/mmHg", 1.372, 0.01, 500, "of the arteries", source});
   table.add({root + "characteristic_resistance_mmHg_s_per_mL", "mmHg s/mL", 0.05, 0, 10,
              "impedance of the aorta, between the valve and the compliance",

@@ -171,6 +171,7 @@ cl::Buffer Device::allocate(std::size_t bytes) {
     cl::Buffer buffer(context_, CL_MEM_READ_WRITE, taken);
     auto allocation = std::make_unique<Allocation>(Allocation{allocated_bytes_, taken});
     *allocated_bytes_ += taken;
+    peak_bytes_ = std::max(peak_bytes_, allocated_bytes_->load());
     buffer.setDestructorCallback(released, allocation.get());
     allocation.release();  // to the callback
     return buffer;

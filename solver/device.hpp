@@ -59,6 +59,9 @@ class Device {
   cl::Buffer allocate(std::size_t bytes);
   /// Of allocate(), and not released yet.
   std::size_t allocated_bytes() const { return *allocated_bytes_; }
+  /// The most there were at once since the start, or since restart_peak().
+  std::size_t peak_bytes() const { return peak_bytes_; }
+  void restart_peak() { peak_bytes_ = *allocated_bytes_; }
 
   /// GB/s of c = a + 3 b over arrays well beyond the caches, best of a few; measured once.
   double triad_GB_per_s();
@@ -70,6 +73,7 @@ class Device {
   std::vector<std::pair<std::string, cl::Program>> programs_;
   std::shared_ptr<std::atomic<std::size_t>> allocated_bytes_ =
       std::make_shared<std::atomic<std::size_t>>(0);  ///< of buffers that may outlive this
+  std::size_t peak_bytes_ = 0;
   double triad_ = 0;
 };
 

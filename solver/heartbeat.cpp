@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "solver/circulation.hpp"
+#include "solver/energy_balance.hpp"
 #include "solver/excitation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/pv_output.hpp"
@@ -24,8 +25,8 @@ constexpr double smallest_volume_ratio = 0.02;
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
 
-/// Activation times of the solid's cells from those of the excited tissue: of the cell at the same place,
-/// else of the nearest that a wave reaches within two cells.
+}  // namespace
+
 std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
                                     std::span<const std::size_t> members) {
   const SolidMesh& mesh = solid.mesh();
@@ -63,8 +64,6 @@ std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, st
     }
   return result;
 }
-
-}  // namespace
 
 Grid solid_grid(const Scene& scene, const Plan& plan) {
   const double dx = scene.parameters.value("grid.dx_mm"), coarse = solid_dx_mm(scene);
@@ -215,12 +214,13 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
   for (std::int64_t step = 0;; ++step) {
     if (step == first_timed_step) launcher_.profile(true);
     if (step == first_timed_step + timed_steps) launcher_.profile(false);
-    const bool measured = step % steps_per_measure == 0;
-    if (measured) solid.measure(parameters_);
+    const bool measured = step % steps_per_measure == 0,
+               sampled = measured || (step + 1) % steps_per_measure == 0;
     solid.forces(parameters_);
-    solid.predict(measured);
+    if (measured) solid.measure(parameters_);  // behind the forces, whose tensions it reads
+    solid.predict(sampled);
     if (circulation_)
-      solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);
+      solid.beat(parameters_, *circulation_, static_cast<int>(samples_), sampled, measured);
     else
       solid.load(measured);
     solid.move();
@@ -274,6 +274,15 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
     if (!tissue.empty())
       features.insert(features.end(), {static_cast<float>(status.switches), status.ringing_mmHg,
                                        status.apart_mL, static_cast<float>(tissue[Solid::smallest_J])});
+  }
+  if (balances_energy(scene_)) {
+    const std::vector<float> balance = energy_balance(scene_, tissue);
+    if (!(std::abs(balance.back()) < largest_energy_residual))
+      spdlog::warn(
+          "member {}: the energy of its tissue does not balance, {:.2g} of the work of active tension is "
+          "left",
+          member.id, balance.back());
+    features.insert(features.end(), balance.begin(), balance.end());
   }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()
 }

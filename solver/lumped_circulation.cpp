@@ -105,6 +105,7 @@ void LumpedCirculation::initialise(const cl::Buffer& parameters, int members) {
     for (const cl::Buffer& buffer : {pressure_, volume_})
       launcher_.queue().enqueueFillBuffer(buffer, std::numeric_limits<float>::quiet_NaN(), 0,
                                           count * compartments_ * samples_ * sizeof(float));
+  launcher_.queue().enqueueFillBuffer(status_, cl_uchar{0}, 0, count * sizeof(HeartStatus));
   launcher_.counted(start_, count, 0, parameters, states_, numbers_);
 }
 

@@ -157,9 +157,18 @@ void declare_cavities(Scene& scene) {
     // Where a periodic beat begins, before the atria contract: with ventricles of tissue, or of elastance.
     const bool ventricles = is_tissue(scene, Chamber::lv) || is_tissue(scene, Chamber::rv);
     const double left = ventricles ? 4.2 : 15, right = ventricles ? 1.5 : 6;
-    table.add({inflation + cavity.name + "_pressure_mmHg", "mmHg",
-               cavity.name.starts_with("r") ? right : left, 0, 200, "pressure to which it is inflated",
-               measured});
+    Parameter pressure{inflation + cavity.name + "_pressure_mmHg",
+                       "mmHg",
+                       cavity.name.starts_with("r") ? right : left,
+                       0,
+                       200,
+                       "pressure to which it is inflated",
+                       measured};
+    if (scene.circulation->kind == Circulation::Kind::windkessel) {  // else the valve opens with a jolt
+      pressure.value = inherited;
+      pressure.inherits = "circulation.windkessel.filling_pressure_mmHg";
+    }
+    table.add(pressure);
   }
 }
 

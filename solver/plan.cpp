@@ -17,6 +17,7 @@
 #include "solver/mechanics.hpp"
 #include "solver/monodomain.hpp"
 #include "solver/plan_mechanics.hpp"
+#include "solver/plan_memory.hpp"
 #include "solver/plan_warnings.hpp"
 #include "solver/probes.hpp"
 #include "solver/pv_output.hpp"
@@ -221,6 +222,21 @@ void check_members(const Scene& scene, std::span<const Member> members, const Me
     spdlog::warn("{}, in {} of {} members: they will be rejected", why, defective, all.size());
 }
 
+// Places of the largest member's tissue, and no fewer than `least`.
+std::int64_t largest_tissue(Launcher& launcher, const Scene& scene, const Grid& grid,
+                            std::span<const Member> members, std::int64_t least) {
+  std::int64_t most = least;
+  for (const Member& large : largest_members(scene, members)) {
+    const std::vector<std::byte> packed = pack(large.values, scene.precision);
+    const cl::Buffer parameters = launcher.device().allocate(packed.size());
+    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+    Tissue tissue(launcher, scene, grid, 1);
+    tissue.build(parameters, 1);
+    most = std::max(most, static_cast<std::int64_t>(tissue.stride));
+  }
+  return most;
+}
+
 void check_circulation(const Scene& scene, std::span<const Member> members, const Member& base) {
   if (!scene.circulation) return;
   if (scene.beats) {
@@ -303,8 +319,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const int batch = plan.members_per_device;
 
   const auto stride = static_cast<std::int64_t>(plan.segments) * Tissue::lanes * batch;
-  const std::int64_t room = stride + stride / 16;  // fields keep some for hearts that differ a little
-  std::int64_t conductor_room = 0;                 // of tissue and bath
+  const std::int64_t largest_stride = largest_tissue(launcher, scene, grid, members, tissue.stride) * batch;
+  const std::int64_t room = largest_stride + largest_stride / 16;  // fields keep some for the next batches
+  std::int64_t conductor_room = 0;                                 // of tissue and bath
   std::optional<Tissue> conductor;
   if (bidomain) {
     conductor.emplace(launcher, scene, grid, 1, Tissue::Holds::conductors);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "solver/ecg_features.hpp"
+#include "solver/energy_balance.hpp"
 #include "solver/features.hpp"
 #include "solver/pv_features.hpp"
 #include "solver/pv_output.hpp"
@@ -34,6 +35,7 @@ Layout layout(const Scene& scene) {
   if (scene.ecg) add(ecg_feature_names());
   if (scene.pv) add(pv_feature_names(result.compartments));
   add(heart_check_names(scene));
+  add(energy_names(scene));
   return result;
 }
 

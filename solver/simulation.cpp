@@ -22,27 +22,29 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
   State& s = *state_;
   const auto start = Clock::now();
   std::vector<Recording> recordings(members.size(), blank_recording(s.scene));
-  if (s.excitation) {
-    s.launcher.profile(s.excitation->batches == 1);
-    try {
+  try {
+    if (s.excitation) {
+      s.launcher.profile(s.excitation->batches == 1);
       s.excitation->prepare(members);
-    } catch (const std::runtime_error& error) {
-      // Lead fields that do not converge, a heart too large for the memory: one member's matter. Of several
-      // the culprit is not known; each is tried alone.
       s.launcher.profile(false);
-      if (members.size() == 1) {
-        reject(recordings[0], error.what());
-        return recordings;
-      }
-      for (size_t m = 0; m < members.size(); ++m)
-        recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());
+      s.launcher.queue().finish();
+      s.excitation->run(members, recordings, start, timeout_s);
+    }
+    if (s.heartbeat)
+      s.heartbeat->run(members, recordings, s.excitation ? &*s.excitation : nullptr, timeout_s);
+  } catch (const std::runtime_error& error) {
+    // Lead fields that do not converge, a heart too large for the memory: one member's matter. Of several
+    // the culprit is not known; each is tried alone.
+    s.launcher.profile(false);
+    if (members.size() == 1) {
+      recordings[0] = blank_recording(s.scene);
+      reject(recordings[0], error.what());
       return recordings;
     }
-    s.launcher.profile(false);
-    s.launcher.queue().finish();
-    s.excitation->run(members, recordings, start, timeout_s);
+    for (size_t m = 0; m < members.size(); ++m)
+      recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());
+    return recordings;
   }
-  if (s.heartbeat) s.heartbeat->run(members, recordings, s.excitation ? &*s.excitation : nullptr, timeout_s);
   for (Recording& recording : recordings)
     recording.wall_s = seconds_since(start) / static_cast<double>(members.size());
   return recordings;

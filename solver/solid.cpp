@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "solver/circulation.hpp"
+#include "solver/energy_balance.hpp"
 #include "solver/geometry.hpp"
 #include "solver/lumped_circulation.hpp"
 #include "solver/mechanics.hpp"
@@ -44,7 +45,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
       voids_(static_cast<int>(solid_voids(scene).size())),
       samples_(scene.circulation ? 0 : pv_times_ms(scene).size()),
       wide_(launcher.device().has_double()),
-      viscous_(viscous) {
+      viscous_(viscous),
+      balances_(balances_energy(scene)) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
@@ -82,7 +84,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   }
   parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
+  for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_nodes.cl", "solid_cells.cl",
+                           "solid_energy.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
@@ -92,6 +95,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
              "MOST_SLOTS=" + std::to_string(8 * SolidMesh::block),
              "MEMBER_GROUP=" + std::to_string(member_group),
              std::string("BEATS=") + (beats ? "1" : "0")};
+  options.emplace_back(std::string("ENERGY=") + (balances_ ? "1" : "0"));
   if (viscous) options.emplace_back("VISCOUS");
   program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
@@ -102,6 +106,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   move_ = launcher.handle(program_, "solid_move");
   measure_ = launcher.handle(program_, "solid_measure");
   bound_ = launcher.handle(program_, "solid_bound");
+  if (balances_) find_dashpots_ = launcher.handle(program_, "solid_dashpots");
   if (viscous) return;  // its step is bounded cell by cell
   wave_start_ = launcher.handle(program_, "solid_wave_start");
   wave_cells_ = launcher.handle(program_, "solid_wave_cells");
@@ -120,12 +125,75 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   parameters_ = parameters;
   members_ = static_cast<int>(members.size());
   odd_ = 0;
+  release();
   mesh_ = build_solid_mesh(
       scene_, grid_, labels_ ? for_members(labels_->parts, members_) : find_parts(parameters), members_);
   upload(parameters, members);
   build_supports(members);
   // Halts that find rest need the fastest modes resolved in time.
   if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
+}
+
+std::vector<cl::Buffer> Solid::buffers() const {
+  return {state_,
+          member_of_cell_,
+          member_of_node_,
+          member_of_item_,
+          cell_nodes_,
+          share_,
+          region_,
+          direction_,
+          activation_,
+          tension_,
+          u_,
+          v_,
+          force_,
+          item_cell_,
+          item_cavity_,
+          item_share_,
+          item_faces_,
+          position_,
+          lid_,
+          gradient_,
+          volume_,
+          corners_,
+          tile_slots_,
+          slot_node_,
+          cell_slots_,
+          first_slot_,
+          node_slots_,
+          cavity_block_,
+          cavity_ends_,
+          moving_,
+          pulls_,
+          inverse_mass_,
+          support_of_,
+          support_,
+          cavity_of_,
+          cavity_corners_,
+          cavity_gradient_,
+          node_sums_,
+          measures_,
+          node_blocks_,
+          cell_blocks_,
+          item_blocks_,
+          pressures_,
+          inflation_,
+          damping_,
+          cell_bounds_,
+          speeds_,
+          dashpots_,
+          series_};
+}
+
+// The buffers of the batch before, but for small ones.
+void Solid::release() {
+  for (cl::Buffer* buffer :
+       {&cell_nodes_, &tile_slots_,     &slot_node_,      &cell_slots_, &first_slot_,  &node_slots_,
+        &share_,      &direction_,      &tension_,        &u_,          &v_,           &force_,
+        &item_share_, &item_faces_,     &position_,       &gradient_,   &cell_bounds_, &corners_,
+        &support_,    &cavity_corners_, &cavity_gradient_})
+    *buffer = cl::Buffer();
 }
 
 SolidParts Solid::find_parts(const cl::Buffer& parameters) {
@@ -225,12 +293,14 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   volume_ = reals(std::vector<double>(n(mesh_.items / SolidMesh::block), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
-  std::vector<double> tension(n(tension_states_ + 2) * n(mesh_.cells), 0);
-  std::fill_n(tension.begin() + tension_states_ * mesh_.cells, mesh_.cells, 1.0);  // stretch
+  std::vector<double> tension(n(tension_states_ + (balances_ ? 4 : 2)) * n(mesh_.cells), 0);
+  for (int k = 0; k < (balances_ ? 4 : 2); k += 2)
+    std::fill_n(tension.begin() + (tension_states_ + k) * mesh_.cells, mesh_.cells, 1.0);  // stretch
   tension_ = reals(tension);
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
   node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
-  measures_ = reals(std::vector<double>(2 * n(mesh_.cells / SolidMesh::block), 0));
+  measures_ = reals(std::vector<double>((balances_ ? 4 : 2) * n(mesh_.cells / SolidMesh::block), 0));
+  dashpots_ = reals(std::vector<double>(balances_ ? n(mesh_.nodes / SolidMesh::block) : 0, 0));
   cell_bounds_ = reals(std::vector<double>(n(mesh_.cells), 0));
   speeds_ = reals(std::vector<double>(n(mesh_.nodes / SolidMesh::block), 0));
   std::vector<double> state(members.size() * state_size, 0), inflation, mass_damping, pressures;
@@ -312,23 +382,23 @@ void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters_, node_sums_, speeds_, measures_, volume_, pulls_, node_blocks_, cell_blocks_,
-            item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
+            0.0, parameters_, node_sums_, speeds_, measures_, dashpots_, volume_, pulls_, node_blocks_,
+            cell_blocks_, item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
             Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0},
             mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples,
-                 bool measured) {
+                 bool sampled, bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
+            0.0, parameters, node_sums_, speeds_, measures_, dashpots_, volume_, node_blocks_, cell_blocks_,
             item_blocks_, cavity_ends_, inflation_, damping_, state_, circulation.states(),
             circulation.statuses(), circulation.clock(), circulation.pressure_buffer(),
             circulation.volume_buffer(), circulation.at_most(), samples, mesh_.nodes / SolidMesh::block,
-            mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
+            mesh_.cells / SolidMesh::block, sampled ? 1 : 0, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
@@ -371,11 +441,15 @@ void Solid::measure(const cl::Buffer& parameters) {
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block),
             cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * (33 + real * 20),
-            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_,
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, v_,
             cell_bounds_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
   launcher_(bound_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
             cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (32 + real * 9), state_,
             member_of_node_, corners_, inverse_mass_, cell_bounds_, speeds_, mesh_.nodes);
+  if (balances_)
+    launcher_(find_dashpots_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+              cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * 4, state_,
+              member_of_node_, support_of_, support_, v_, dashpots_, mesh_.nodes, supports_);
 }
 
 std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
@@ -414,15 +488,21 @@ double Solid::first_step_ms(const cl::Buffer& parameters) {
 }
 
 std::size_t Solid::bytes() const {
-  const std::size_t real = real_bytes(scene_.precision), cavities = scene_.mechanics->cavities.size();
-  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
-             items = static_cast<std::size_t>(mesh_.items),
-             rim = static_cast<std::size_t>(mesh_.cavity_nodes);
-  const std::size_t directions = sheets_ ? 24 : 12;
-  return cells * (33 + real * (4 + directions + 24 + 1 + static_cast<std::size_t>(tension_states_ + 2))) +
-         nodes * (8 * 4 + 8 + real * (3 + 3 + 3 + 1)) + items * (5 + real * (4 + 6 + 24 + 1)) +
-         rim * cavities * (32 + 3 * real) + static_cast<std::size_t>(supports_) * 18 * real +
-         static_cast<std::size_t>(grid_.size()) * (1 + 2 * static_cast<std::size_t>(4 * (voids_ + 1)));
+  std::size_t built = 0;
+  for (const cl::Buffer& buffer : buffers())
+    if (buffer() != nullptr) built += std::max(buffer.getInfo<CL_MEM_SIZE>(), Device::least_bytes);
+  // What stands beside them for a while.
+  const std::size_t real = real_bytes(scene_.precision);
+  const auto n = [](int count) { return static_cast<std::size_t>(count); };
+  const std::size_t nodes = n(mesh_.nodes);
+  const std::size_t for_supports = nodes * 6 + n(members_) * n(scene_.parameters.size()) * real;
+  const std::size_t for_fastest_mode =
+      viscous_ || scene_.mechanics->quasi_static
+          ? 0
+          : (n(mesh_.cells) * 24 + nodes * 6 + nodes / SolidMesh::block * 3) * real;
+  const std::size_t for_mesh = n(members_) * static_cast<std::size_t>(grid_.size()) * (1 + 8 * n(voids_ + 1));
+  constexpr std::size_t small_buffers = 20 * Device::least_bytes;
+  return std::max(built + std::max(for_supports, for_fastest_mode), for_mesh) + small_buffers;
 }
 
 std::vector<double> Solid::displacement() {

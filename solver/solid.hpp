@@ -35,13 +35,15 @@ class Solid {
   /// Activation times of the cells in the order of mesh(), ms; negative without.
   void activate(const std::vector<float>& times);
   void forces(const cl::Buffer& parameters);
-  /// measured: of a beating heart kinetic energy and that of springs as well.
-  void predict(bool measured);
+  /// sampled: of a beating heart kinetic energy and that of springs as well.
+  void predict(bool sampled);
   /// Member's kernel for prescribed pressures.
   void load(bool measured);
   /// Member's kernel of a beating heart: inflation, then the circulation with the tissue's cavities.
-  void beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples, bool measured);
+  void beat(const cl::Buffer& parameters, const LumpedCirculation& circulation, int samples, bool sampled,
+            bool measured);
   void move();
+  /// Looks at cells and nodes, for the step and the energy: behind forces(), whose tensions it reads.
   void measure(const cl::Buffer& parameters);
   /// Which of two steps in turn: counts move().
   int odd() const { return odd_; }
@@ -60,7 +62,7 @@ class Solid {
   /// pressures in mmHg, volumes in mL; NaN where there is none.
   std::vector<float> cavity_series();
 
-  /// Device bytes of what has been built.
+  /// Device bytes of what has been built, at most at once.
   std::size_t bytes() const;
 
   const SolidMesh& mesh() const { return mesh_; }
@@ -117,11 +119,28 @@ class Solid {
     first_volume = first_pressure + 4,
     last_pressure = first_volume + 4,
     next_sample = last_pressure + 4,
+    time_lost,
+    step_damping,
+    balanced_beat,
+    looked_at,
+    losing,
+    first_stored,
+    damped,
+    swept,
+    cavity_work = swept + 4,
+    active_work = cavity_work + 4,
+    stored_change,
+    dissipated,
+    balanced_work,
+    balance_end = balanced_work + 3,
     state_size
   };
 
  private:
   SolidParts find_parts(const cl::Buffer& parameters);
+  /// All that a batch has.
+  std::vector<cl::Buffer> buffers() const;
+  void release();
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
   void find_fastest_mode(const cl::Buffer& parameters);
   void build_supports(std::span<const Member> members);
@@ -133,7 +152,7 @@ class Solid {
   Grid grid_;
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
   std::size_t samples_;  ///< of cavities under prescribed pressures
-  bool wide_, viscous_, sheets_ = false;
+  bool wide_, viscous_, sheets_ = false, balances_;
   std::shared_ptr<const SolidLabels> labels_;  ///< geometry `labels`: what its cells hold
   SolidMesh mesh_;
   int supports_ = 0, moving_blocks_ = 0;
@@ -146,9 +165,9 @@ class Solid {
       position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
       node_slots_, cavity_block_, cavity_ends_, moving_, pulls_, inverse_mass_, support_of_, support_,
       cavity_of_, cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_,
-      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_;
+      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_, dashpots_;
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
-      wave_start_, wave_cells_, wave_nodes_, wave_member_;
+      find_dashpots_, wave_start_, wave_cells_, wave_nodes_, wave_member_;
 };
 
 }  // namespace cohort

@@ -32,6 +32,13 @@ SolidPoints::SolidPoints(Launcher& launcher, const Scene& scene, const Solid& so
   }
 }
 
+std::size_t SolidPoints::bytes(const Scene& scene, int members) {
+  const std::size_t points = static_cast<std::size_t>(members) * scene.displacement->points.size();
+  return points * 8 * (sizeof(int) + real_bytes(scene.precision)) +
+         3 * points *
+             (2 * sizeof(double) + sizeof(int) + displacement_times_ms(scene).size() * sizeof(float));
+}
+
 std::string SolidPoints::defect(const Solid& solid, std::size_t m) const {
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const double beyond = solid.place_of(m, points_[k]).beyond_mm;

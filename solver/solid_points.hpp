@@ -11,6 +11,8 @@ namespace cohort {
 /// Displacement of the material points of outputs.displacement, sampled on the device: no wait in the loop.
 class SolidPoints {
  public:
+  /// Device bytes of a batch.
+  static std::size_t bytes(const Scene& scene, int members);
   SolidPoints(Launcher& launcher, const Scene& scene, const Solid& solid);
 
   /// Why the points cannot be recorded in member m of `solid`, which has been built; empty when they can.

@@ -10,6 +10,11 @@
 
 namespace cohort::test {
 
+/// A file of configs/, with --set overrides.
+inline Campaign campaign_of(const std::string& file, const std::vector<std::string>& overrides) {
+  return read_campaign(std::string(COHORT_SOURCE_DIR) + "/configs/" + file, overrides);
+}
+
 /// The first member of a campaign file of the project, with --set overrides, simulated on the first device.
 class CampaignRun {
  public:

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "solver/mechanics.hpp"
 #include "solver/solid.hpp"
 #include "tests/slab.hpp"
 
@@ -36,8 +37,10 @@ class SolidRun {
     }
     grid = make_grid(scene, members);
     launcher = std::make_unique<Launcher>(device(), scene.precision);
-    solid = std::make_unique<Solid>(*launcher, scene, scene_definitions(scene, grid), grid,
-                                    static_cast<int>(members.size()));
+    solid = std::make_unique<Solid>(
+        *launcher, scene, scene_definitions(scene, grid), grid, static_cast<int>(members.size()),
+        std::any_of(members.begin(), members.end(),
+                    [&](const Member& member) { return viscous(scene, member.values); }));
     std::vector<double> values;
     for (const Member& member : members)
       values.insert(values.end(), member.values.begin(), member.values.end());
@@ -144,8 +147,8 @@ class SolidRun {
   }
   /// A whole step, as the heart makes it: the member's kernel finds its length and the loads.
   void loaded_step(bool look) {
-    if (look) solid->measure(parameters);
     solid->forces(parameters);
+    if (look) solid->measure(parameters);
     solid->predict(true);
     solid->load(look);
     solid->move();

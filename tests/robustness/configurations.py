@@ -29,6 +29,7 @@ INSTEAD = {
     "whole_heart": ONE_BEAT,
     "labels_heart": ONE_BEAT,
     "demo": ONE_BEAT,
+    "windkessel": ONE_BEAT + ["mechanics.dx_mm=0"],
 }
 DONE = 3
 

@@ -1,81 +1,49 @@
-// What a plan states beside what then runs.
+// What a plan chooses, lists, refuses and warns of.
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
-#include <chrono>
 #include <sstream>
 #include <stdexcept>
-#include <thread>
 
-#include "ensemble/config.hpp"
-#include "ensemble/members.hpp"
 #include "ensemble/plan_campaign.hpp"
-#include "solver/simulation.hpp"
-#include "tests/slab.hpp"
+#include "tests/campaign_run.hpp"
 
 namespace cohort::test {
 namespace {
 
-Campaign campaign_of(const std::string& file, const std::vector<std::string>& overrides) {
-  return read_campaign(std::string(COHORT_SOURCE_DIR) + "/configs/" + file, overrides);
+TEST(Plan, ListsWhatRuns) {
+  const auto kernels = [](const std::string& file, const std::vector<std::string>& overrides,
+                          const std::string& module) {
+    const Campaign campaign = campaign_of(file, overrides);
+    for (const PlannedModule& planned : make_plan(device(), campaign.scene, {}, {}).modules)
+      if (planned.name == module) return planned.kernels;
+    return std::vector<std::string>();
+  };
+  const auto has = [](const std::vector<std::string>& all, const char* kernel) {
+    return std::find(all.begin(), all.end(), kernel) != all.end();
+  };
+  const std::vector<std::string> coarse = {"grid.dx_mm=6", "torso.dx_mm=20"};
+  EXPECT_FALSE(has(kernels("heart.yaml", coarse, "circulation"), "advance_circulation"));
+  EXPECT_TRUE(has(kernels("heart.yaml", coarse, "circulation"), "start_circulation"));
+  EXPECT_TRUE(has(kernels("heart.yaml", coarse, "mechanics"), "solid_beat"));
+  EXPECT_FALSE(has(kernels("heart.yaml", coarse, "mechanics"), "solid_record"));
+  EXPECT_TRUE(has(kernels("circulation.yaml", {}, "circulation"), "advance_circulation"));
+  EXPECT_TRUE(has(kernels("arostica.yaml", {"grid.dx_mm=8"}, "mechanics"), "solid_record"));
 }
 
-/// Bytes allocated once no more are given back: a driver may free a buffer a little after its last command.
-std::size_t settled_bytes() {
-  device().queue().finish();
-  for (std::size_t bytes = device().allocated_bytes();;) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    const std::size_t now = device().allocated_bytes();
-    if (now == bytes) return now;
-    bytes = now;
-  }
-}
-
-/// Bytes of the device that a campaign's own values take in a run, over those that the plan states.
-double taken_of_stated(const std::string& file, const std::vector<std::string>& overrides,
-                       ActivationMethod method) {
-  const Campaign campaign = campaign_of(file, overrides);
-  Member member{0, campaign.scene.parameters.values()};
-  campaign.scene.parameters.resolve(member.values);
-  const std::span<const Member> one(&member, 1);
-  make_plan(device(), campaign.scene, one, {});  // what a device keeps for good is there behind the first
-  const std::size_t before = settled_bytes();
-  const Plan plan = make_plan(device(), campaign.scene, one, {});
-  EXPECT_EQ(plan.activation, method);
-  EXPECT_EQ(settled_bytes(), before);
-  Simulation simulation(device(), campaign.scene, plan);
-  EXPECT_EQ(simulation.run(one, 600).front().outcome, Outcome::done);
-  return static_cast<double>(device().allocated_bytes() - before) / static_cast<double>(plan.bytes);
-}
-
-void expect_stated(double taken) {
-  EXPECT_LE(taken, 1);
-  EXPECT_GE(taken, 0.8);
-}
-
-TEST(Plan, StatesTheMemoryOfEikonal) {
-  expect_stated(taken_of_stated("eikonal.yaml", {"grid.dx_mm=4", "torso.dx_mm=20", "time.end_ms=50"},
-                                ActivationMethod::eikonal));
-}
-
-TEST(Plan, StatesTheMemoryOfReactionEikonal) {
-  expect_stated(taken_of_stated("eikonal.yaml",
-                                {"grid.dx_mm=4", "torso.dx_mm=20", "time.end_ms=5",
-                                 "scene.electrophysiology.activation=reaction_eikonal"},
-                                ActivationMethod::reaction_eikonal));
-}
-
-TEST(Plan, StatesTheMemoryOfMonodomainWithBeats) {
-  expect_stated(
-      taken_of_stated("slab.yaml",
-                      {"grid.dx_mm=0.5", "time.end_ms=200", "scene.electrophysiology.activation=monodomain",
-                       "outputs={activation: {probes: {far_mm: [10, 3, 3]}, beats: true}}"},
-                      ActivationMethod::monodomain));
-}
-
-TEST(Plan, StatesTheMemoryOfBidomain) {
-  expect_stated(
-      taken_of_stated("bidomain.yaml", {"time.end_ms=2", "torso.dx_mm=20"}, ActivationMethod::bidomain));
+// A CPU's step is measured: Ogden's law costs several times the neo-Hookean one.
+TEST(Plan, SecondsAreThoseOfTheLaw) {
+  if (device().info().gpu) GTEST_SKIP() << "a GPU's seconds are those of launches and traffic";
+  const auto step_s = [](const std::string& law) {
+    const Campaign campaign = campaign_of(
+        "heart.yaml",
+        {"grid.dx_mm=6", "torso.dx_mm=20", "outputs={pv: {rate_hz: 1000}}", "scene.mechanics.law=" + law});
+    const Plan plan = make_plan(device(), campaign.scene, {}, {});
+    return plan.seconds_per_member / plan.steps;
+  };
+  const double neo_hookean = step_s("neo_hookean"), ogden = step_s("ogden");
+  std::printf("a step: neo-Hookean %.2f ms, Ogden %.2f ms\n", 1e3 * neo_hookean, 1e3 * ogden);
+  EXPECT_GT(ogden, 1.5 * neo_hookean);
 }
 
 TEST(Plan, NamesTheMethod) {

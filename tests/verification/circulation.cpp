@@ -30,6 +30,16 @@ void put(Scene& scene, const std::string& path, double value) {
   scene.parameters[scene.parameters.index(path)].value = value;
 }
 
+/// The scene's own values on the device.
+cl::Buffer parameters_of(Launcher& launcher, const Scene& scene) {
+  std::vector<double> values = scene.parameters.values();
+  scene.parameters.resolve(values);
+  const std::vector<std::byte> packed = pack(values, scene.precision);
+  const cl::Buffer parameters = device().allocate(packed.size());
+  launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+  return parameters;
+}
+
 /// Members of one scene on the device, run to their ends.
 struct Loop {
   Loop(const Scene& scene, bool single = false)
@@ -37,11 +47,7 @@ struct Loop {
         samples(pv_times_ms(scene).size()),
         circulation(launcher, scene, 1, samples, single),
         compartments(pv_compartments(scene)) {
-    std::vector<double> values = scene.parameters.values();
-    scene.parameters.resolve(values);
-    const std::vector<std::byte> packed = pack(values, scene.precision);
-    const cl::Buffer parameters = device().allocate(packed.size());
-    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+    const cl::Buffer parameters = parameters_of(launcher, scene);
     circulation.initialise(parameters, 1);
     blood_before = circulation.blood()[0];
     do {
@@ -161,6 +167,33 @@ double difference(const Loop& a, const Loop& b) {
       sum += d * d / static_cast<double>(2 * x->size());
     }
   return std::sqrt(sum);
+}
+
+TEST(Circulation, ASecondBatchStartsClean) {
+  Scene scene = blood(true);
+  put(scene, "time.beats.at_most", 2);
+  Loop loop(scene);
+  EXPECT_EQ(loop.status.beats, 2);
+  loop.circulation.initialise(parameters_of(loop.launcher, scene), 1);
+  const HeartStatus status = loop.circulation.status()[0];
+  EXPECT_EQ(status.ended, HeartEnd::running);
+  EXPECT_EQ(status.beats, 0);
+  for (const float sample : loop.circulation.pressure()) ASSERT_TRUE(std::isnan(sample));
+}
+
+// A plain sum of 40,000 steps of 0.02 ms in single precision is 800.16 ms: 8 steps too many.
+TEST(Circulation, TimeInSinglePrecisionKeepsItsSteps) {
+  Scene scene = blood(true);
+  put(scene, "circulation.dt_ms", 0.02);
+  Launcher launcher(device(), scene.precision);
+  LumpedCirculation circulation(launcher, scene, 1, pv_times_ms(scene).size(), true);
+  const cl::Buffer parameters = parameters_of(launcher, scene);
+  circulation.initialise(parameters, 1);
+  ASSERT_EQ(circulation.steps_of_beat(), 40000);
+  circulation.advance(parameters, 40000 - 3);
+  EXPECT_EQ(circulation.status()[0].beats, 0);
+  circulation.advance(parameters, 6);
+  EXPECT_EQ(circulation.status()[0].beats, 1);
 }
 
 TEST(Circulation, StepsAreOfSecondOrder) {

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "solver/scene.hpp"
+
+namespace cohort {
+
+/// Whether the energy of the scene's deforming tissue is balanced: it moves, and pressure and volume are
+/// recorded.
+bool balances_energy(const Scene& scene);
+
+/// Names and units of the balance, the last of layout()'s features; none where it is not taken. From the
+/// first look at the cells in the recorded beat (without a circulation: of all) to the last: the work of
+/// active tension, of each cavity's wall on its blood (- integral of p dV), the change of kinetic, strain and
+/// springs' energy, what damping of the mass, dashpots and viscosity dissipate, and what is left of the work
+/// without them, over the work of active tension, or over the largest of these where there is none.
+std::vector<std::pair<std::string, std::string>> energy_names(const Scene& scene);
+
+/// The balance of a member with this state of its tissue (Solid::state()).
+std::vector<float> energy_balance(const Scene& scene, std::span<const double> tissue);
+
+/// A residual beyond this is told: the motion is not resolved in time.
+inline constexpr double largest_energy_residual = 0.05;
+
+}  // namespace cohort
