@@ -19,6 +19,17 @@ inline void read_corners(global const real *x, size_t points, int i, int nx, int
   for (int k = 0; k < 8; ++k) c[k] = coordinates_of(x, points, corner(i, k, nx, ny));
 }
 
+// Of a cell with these corners: the cofactor of F, times `factor` over J.
+inline Columns cofactor_over_J(const real3 *corners, real over_dx, real factor) {
+  const Columns F = deformation_gradient(differences(corners), over_dx);
+  const real scale = factor / determinant(F);
+  Columns A = cofactor(F);
+  A.x *= scale;
+  A.y *= scale;
+  A.z *= scale;
+  return A;
+}
+
 // (refintp2) of every component.
 kernel void interpolate(global const real *restrict u, global real *restrict result, const int components, const int nx,
                         const int ny, const int nz) {
@@ -105,12 +116,7 @@ void laplacian_weights_of(const real3 *x, real over_dx, real *weight) {
     real3 c[8];
     for (int j = 0; j < 8; ++j) c[j] = x[neighbour_of_cell(k, j)];
     centre[k] = mean_of_corners(c);
-    const Columns F = deformation_gradient(differences(c), over_dx);
-    const real scale = R(0.25) * over_dx * over_dx / determinant(F);
-    A[k] = cofactor(F);
-    A[k].x *= scale;
-    A[k].y *= scale;
-    A[k].z *= scale;
+    A[k] = cofactor_over_J(c, over_dx, R(0.25) * over_dx * over_dx);
   }
   const real over_J = 1 / determinant(deformation_gradient(differences(centre), over_dx));
   for (int m = 0; m < 27; ++m) weight[m] = 0;
@@ -131,6 +137,12 @@ inline void read_neighbours(global const real *x, size_t points, int i, int nx, 
   for (int m = 0; m < 27; ++m) n[m] = coordinates_of(x, points, neighbour(i, m, nx, ny));
 }
 
+inline void laplacian_weights_at(global const real *x, size_t points, int i, int nx, int ny, real over_dx, real *weight) {
+  real3 n[27];
+  read_neighbours(x, points, i, nx, ny, n);
+  laplacian_weights_of(n, over_dx, weight);
+}
+
 // A row's sum over differences from the middle: the weights add up to nil, and differences lose less to rounding.
 inline real apply_weights(const real *weight, global const real *u, int i, int nx, int ny) {
   const real middle = u[i];
@@ -146,10 +158,8 @@ kernel void laplacian(global const real *restrict x, global const real *restrict
   if (out >= (nx - 2) * (ny - 2) * (nz - 2)) return;
   const size_t points = (size_t)nx * ny * nz;
   const int i = lattice_point(out, nx, ny, nx - 2, ny - 2, 1);
-  real3 n[27];
   real weight[27];
-  read_neighbours(x + member * 3 * points, points, i, nx, ny, n);
-  laplacian_weights_of(n, over_dx, weight);
+  laplacian_weights_at(x + member * 3 * points, points, i, nx, ny, over_dx, weight);
   for (int c = 0; c < components; ++c) {
     const size_t row = ((size_t)member * components + c) * points;
     result[row + i] = apply_weights(weight, u + row, i, nx, ny);
@@ -171,12 +181,7 @@ kernel void laplacian_at_vertex(global const real *restrict x, global const real
     real3 c[8];
     for (int j = 0; j < 8; ++j) c[j] = n[neighbour_of_cell(k, j)];
     centre[k] = mean_of_corners(c) - n[13];
-    const Columns F = deformation_gradient(differences(c), over_dx);
-    const real scale = over_dx / determinant(F);
-    inverse[k] = cofactor(F);
-    inverse[k].x *= scale;
-    inverse[k].y *= scale;
-    inverse[k].z *= scale;
+    inverse[k] = cofactor_over_J(c, over_dx, over_dx);
   }
   real3 at = R(0.5);
   Columns A;
@@ -212,10 +217,8 @@ kernel void laplacian_weights(global const real *restrict x, global real *restri
   if (out >= (nx - 2) * (ny - 2) * (nz - 2)) return;
   const size_t points = (size_t)nx * ny * nz;
   const int i = lattice_point(out, nx, ny, nx - 2, ny - 2, 1);
-  real3 n[27];
   real weight[27];
-  read_neighbours(x + member * 3 * points, points, i, nx, ny, n);
-  laplacian_weights_of(n, over_dx, weight);
+  laplacian_weights_at(x + member * 3 * points, points, i, nx, ny, over_dx, weight);
   for (int m = 0; m < 27; ++m) weights[((size_t)member * 27 + m) * points + i] = weight[m];
 }
 
@@ -228,10 +231,8 @@ kernel void jacobi(global const real *restrict x, global const real *restrict u,
   if (out >= (nx - 2) * (ny - 2) * (nz - 2)) return;
   const size_t points = (size_t)nx * ny * nz;
   const int i = lattice_point(out, nx, ny, nx - 2, ny - 2, 1);
-  real3 n[27];
   real weight[27];
-  read_neighbours(x + member * 3 * points, points, i, nx, ny, n);
-  laplacian_weights_of(n, over_dx, weight);
+  laplacian_weights_at(x + member * 3 * points, points, i, nx, ny, over_dx, weight);
   const real scale = damping / (identity - diffusion * weight[13]);
   for (int c = 0; c < components; ++c) {
     const size_t row = ((size_t)member * components + c) * points;

@@ -17,11 +17,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
                        const int all_cell_blocks, const int sampled, const int measured,
                        const real h, const real courant, const int odd) {
   MEMBER_SCRATCH(scratch, NODE_SUMS);
-#ifdef GPU
-  const int member = get_group_id(0), item = get_local_id(0);
-#else
-  const int member = get_global_id(0), item = 0;
-#endif
+  const int member = own_member(), item = own_item();
   global wide *S = state + member * MEMBER_STATE;
   if (S[ENDED] != 0) return;
   const int first = node_blocks[member], last = node_blocks[member + 1];
@@ -30,26 +26,11 @@ kernel void solid_beat(global const real *restrict parameters, global const real
               sums + RATE_SUM);
   for (int q = 0; q < CAVITIES; ++q)
     mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q], item_blocks[member * CAVITIES + q + 1], scratch);
-  real speed2 = 0, collapse = 0;
-  wide energy = 0;
   if (sampled) member_sums(partial, RATE_SUM, all_node_blocks, first, last, scratch, sums);
-  if (measured) {
-    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
-    speed2 = member_largest(speeds, first, last, scratch);
-    collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
-    energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
-  }
-#if ENERGY
-  wide active = 0, power = 0;
-  if (measured) {
-    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
-    active = member_sum(measures + (size_t)ACTIVE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
-    power = member_sum(measures + (size_t)VISCOUS_MEASURE * all_cell_blocks, first_cell, last_cell, scratch) +
-            member_sum(dashpots, first, last, scratch);
-  }
-#endif
+  member_look look = {0, 0, 0, 0, 0};
+  if (measured) look = look_at_member(measures, speeds, dashpots, cell_blocks, node_blocks, all_cell_blocks, member, scratch);
   if (item != 0) return;
-  if (measured) take_measures(S, speed2, collapse, energy, h, courant);
+  if (measured) take_measures(S, look.speed2, look.collapse, look.energy, h, courant);
   if (!isfinite((real)sums[RATE_SUM]) || (sampled && !isfinite((real)sums[KINETIC_SUM]))) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
 #if ENERGY
@@ -122,7 +103,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     for (int q = 0; q < CAVITIES; ++q) S[FIRST_PRESSURE + q] = heart.loop.pressure[chamber_of_cavity[q]] / MMHG_PER_KPA;
 #if ENERGY  // of the beat in which the step begins
     balance_step(S, kPa_before, sums + RATE_SUM, dt);
-    if (measured) balance_look(S, energy + kinetic + sums[SPRING_SUM], power + 2 * S[DAMPING] * kinetic, active);
+    if (measured) balance_look(S, look.energy + kinetic + sums[SPRING_SUM], look.power + 2 * S[DAMPING] * kinetic, look.active);
 #endif
     S[BEAT_TIME] = heart.time;
     S[BEAT] = heart.beat;

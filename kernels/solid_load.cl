@@ -41,11 +41,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
 #else
   MEMBER_SCRATCH(scratch, 1);
 #endif
-#ifdef GPU
-  const int member = get_group_id(0), item = get_local_id(0);
-#else
-  const int member = get_global_id(0), item = 0;
-#endif
+  const int member = own_member(), item = own_item();
   global wide *S = state + member * MEMBER_STATE;
   if (S[ENDED] != 0) return;
   const int first = node_blocks[member], last = node_blocks[member + 1];
@@ -59,25 +55,12 @@ kernel void solid_load(global const real *restrict parameters, global const real
   wide volumes[CAVITIES + 1];
   for (int q = 0; q < CAVITIES; ++q)
     volumes[q] = member_sum(volume, item_blocks[member * CAVITIES + q], item_blocks[member * CAVITIES + q + 1], scratch);
-  const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
-  real speed2 = 0, collapse = 0;
-  wide energy = 0;
-  if (measured) {
-    speed2 = member_largest(speeds, first, last, scratch);
-    collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
-    energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
-  }
+  member_look look = {0, 0, 0, 0, 0};
+  if (measured) look = look_at_member(measures, speeds, dashpots, cell_blocks, node_blocks, all_cell_blocks, member, scratch);
 #if ENERGY
   wide rates[NODE_SUMS - RATE_SUM + 1];
   member_sums(partial + (size_t)RATE_SUM * all_node_blocks, NODE_SUMS - RATE_SUM, all_node_blocks, first, last, scratch, rates);
-  wide active = 0, power = 0, springs = 0;
-  if (measured) {
-    const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
-    active = member_sum(measures + (size_t)ACTIVE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
-    power = member_sum(measures + (size_t)VISCOUS_MEASURE * all_cell_blocks, first_cell, last_cell, scratch) +
-            member_sum(dashpots, first, last, scratch);
-    springs = member_sum(partial + (size_t)SPRING_SUM * all_node_blocks, first, last, scratch);
-  }
+  const wide springs = member_sum(partial + (size_t)SPRING_SUM * all_node_blocks, first, last, scratch);
 #endif
   if (item != 0) return;
 #if ENERGY
@@ -85,7 +68,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
 #endif
   const wide time = S[TIME], ramp = loads.x, end = loads.y;
   const bool still = loads.w != 0, full = time >= ramp;
-  if (measured) take_measures(S, speed2, collapse, energy, h, courant);
+  if (measured) take_measures(S, look.speed2, look.collapse, look.energy, h, courant);
   const wide residual = loaded > 0 ? sqrt(free_force / loaded) : 0;
   S[RESIDUAL] = residual;
   S[HALTED] = S[HALT];  // of the step under way
@@ -129,7 +112,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
   }
 #if ENERGY
   balance_step(S, kPa_before, rates, dt);
-  if (measured) balance_look(S, energy + kinetic_of_look + springs, power + 2 * S[DAMPING] * kinetic_of_look, active);
+  if (measured) balance_look(S, look.energy + kinetic_of_look + springs, look.power + 2 * S[DAMPING] * kinetic_of_look, look.active);
 #endif
   for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = volumes[q];
   S[STEPS_DONE] += 1;

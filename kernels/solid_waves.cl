@@ -149,11 +149,7 @@ kernel void solid_wave_member(global const real *restrict parameters, global con
                               global const int *restrict node_blocks,
                               global wide *restrict state, const int blocks, const real h) {
   MEMBER_SCRATCH(scratch, 1);
-#ifdef GPU
-  const int member = get_group_id(0), item = get_local_id(0);
-#else
-  const int member = get_global_id(0), item = 0;
-#endif
+  const int member = own_member(), item = own_item();
   global wide *S = state + member * MEMBER_STATE;
   const int first = node_blocks[member], last = node_blocks[member + 1];
   const wide work = member_sum(partial + (size_t)WAVE_WORK * blocks, first, last, scratch);

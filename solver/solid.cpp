@@ -85,7 +85,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   parts.emplace_back("solid.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_nodes.cl", "solid_cells.cl",
-                           "solid_energy.cl", "solid_record.cl"})
+                           "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");

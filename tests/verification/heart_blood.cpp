@@ -5,9 +5,8 @@
 #include <cstdio>
 
 #include "ensemble/config.hpp"
-#include "solver/heartbeat.hpp"
 #include "solver/pv_output.hpp"
-#include "tests/slab.hpp"
+#include "tests/excited_solid.hpp"
 
 namespace cohort::test {
 namespace {
@@ -28,21 +27,12 @@ std::vector<Blood> blood_of_beats(int beats) {
                                                               "time.beats.at_most=" + std::to_string(beats)})
           .scene;
   scene.ecg.reset();
-  Member member{0, scene.parameters.values()};
-  scene.parameters.resolve(member.values);
-  const std::span<const Member> one(&member, 1);
-  const Plan plan = make_plan(device(), scene, one, {});
-  Launcher launcher(device(), scene.precision);
-  Excitation excitation(launcher, scene, plan);
-  excitation.prepare(one);
-  const Grid grid = solid_grid(scene, plan);
-  Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous);
-  const cl::Buffer& parameters = excitation.parameters;
-  solid.build(parameters, one);
-  const std::size_t first = 0;
-  solid.activate(solid_activation(
-      solid, excitation.tissue,
-      excitation.eikonal->activation(excitation.tissue, std::numeric_limits<float>::max()), {&first, 1}));
+  ExcitedSolid heart(scene);
+  Launcher& launcher = heart.launcher;
+  Solid& solid = heart.solid;
+  const cl::Buffer& parameters = heart.excitation.parameters;
+  solid.activate(heart.brought_over(
+      heart.excitation.eikonal->activation(heart.excitation.tissue, std::numeric_limits<float>::max())));
   const auto samples = static_cast<int>(pv_times_ms(scene).size());
   LumpedCirculation circulation(launcher, scene, 1, static_cast<std::size_t>(samples));
   circulation.initialise(parameters, 1);

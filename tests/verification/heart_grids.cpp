@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "solver/heartbeat.hpp"
 #include "tests/campaign_run.hpp"
+#include "tests/excited_solid.hpp"
 
 namespace cohort::test {
 namespace {
@@ -31,25 +31,15 @@ TEST(HeartGrids, ActivationIsBroughtOver) {
     const Campaign campaign = read_campaign(
         COHORT_SOURCE_DIR "/configs/heart.yaml",
         {"grid.dx_mm=" + std::to_string(wave), "mechanics.dx_mm=" + std::to_string(tissue), pressure_alone});
-    const Scene& scene = campaign.scene;
-    Member member{0, scene.parameters.values()};
-    scene.parameters.resolve(member.values);
-    const std::span<const Member> one(&member, 1);
-    const Plan plan = make_plan(device(), scene, one, {});
-    Launcher launcher(device(), scene.precision);
-    Excitation excitation(launcher, scene, plan);
-    excitation.prepare(one);
-    const Grid grid = solid_grid(scene, plan);
-    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1);
-    solid.build(excitation.parameters, one);
-    const std::size_t first = 0;
+    const ExcitedSolid heart(campaign.scene);
+    const Solid& solid = heart.solid;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       constexpr float offset = 1000;  // times below 0 are none
-      const Tissue& excited = excitation.tissue;
+      const Tissue& excited = heart.excitation.tissue;
       std::vector<float> times(static_cast<std::size_t>(excited.stride), -1);
       for (std::size_t i = 0; i < times.size(); ++i)
         if (excited.regions[i] != 255) times[i] = offset + static_cast<float>(excited.centre(i)[axis]);
-      const std::vector<float> brought = solid_activation(solid, excited, times, {&first, 1});
+      const std::vector<float> brought = heart.brought_over(times);
       std::size_t cells = 0, near = 0;
       double most = 0;
       for (std::size_t i = 0; i < brought.size(); ++i) {
