@@ -89,6 +89,7 @@ Scene shapes() {
   scene.regions = {muscle, bath};
   scene.mechanics.emplace().cavities = {{"cavity", "s0"}};
   scene.mechanics->quasi_static = true;
+  scene.mechanics->tension = "nash_panfilov";  // its cells' potential drives it
   return scene;
 }
 

@@ -78,7 +78,8 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
                          global const real *restrict direction, global const real *restrict activation,
                          global real *restrict tension, global const real *restrict u,
                          global const real *restrict v, global real *restrict force, const int cells,
-                         const int nodes_stride, const real h, const int odd) {
+                         const int nodes_stride, const real h, const int odd, global const real *restrict drive,
+                         global const real *restrict drive_column, const real4 drive_clock) {
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
@@ -100,7 +101,10 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
   for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
   const real before = tension[i + (size_t)TENSION_STATES * cells];
   const real T = (real)S[LOAD] *
-                 tension_step(states, since, (real)S[BEAT_LENGTH], R(0.0), stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
+                 tension_step(states, since, (real)S[BEAT_LENGTH],
+                              tension_drive(drive, drive_column, i, member, activation[i] >= 0, since - R(0.5) * dt,
+                                            (real)S[BEAT_LENGTH], drive_clock),
+                              stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
   for (int k = 0; k < TENSION_STATES; ++k) tension[i + (size_t)k * cells] = states[k];
   tension[i + (size_t)TENSION_STATES * cells] = stretch;
   tension[i + (size_t)(TENSION_STATES + 1) * cells] = T;
@@ -238,11 +242,13 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
                          global const uchar *restrict item_cavity, global const real *restrict item_share,
                          global const real *restrict item_faces, global const real *restrict position,
                          global const real *restrict lid, global real *restrict gradient, global real *restrict volume,
-                         const int cells, const int nodes_stride, const int items, const real h, const int odd) {
+                         const int cells, const int nodes_stride, const int items, const real h, const int odd,
+                         global const real *restrict drive, global const real *restrict drive_column,
+                         const real4 drive_clock) {
   const int i = get_global_id(0);
   if (i < cells)
     cell_forces(i, parameters, state, member_of, cell_nodes, share, region, direction, activation, tension, u, v, force,
-                cells, nodes_stride, h, odd);
+                cells, nodes_stride, h, odd, drive, drive_column, drive_clock);
 #if CAVITIES > 0
   else
     cavity_forces(i - cells, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes, position,

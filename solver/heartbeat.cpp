@@ -9,6 +9,7 @@
 #include "solver/excitation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/pv_output.hpp"
+#include "solver/tissue_places.hpp"
 
 namespace cohort {
 
@@ -23,46 +24,6 @@ constexpr std::int64_t first_timed_step = 1024, timed_steps = 64;
 constexpr double smallest_volume_ratio = 0.02;
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
-
-/// Activation times of the solid's cells from those of the excited tissue: of the cell at the same place,
-/// else of the nearest that a wave reaches within two cells.
-std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
-                                    std::span<const std::size_t> members) {
-  const SolidMesh& mesh = solid.mesh();
-  const Grid& coarse = solid.grid();
-  const Grid& fine = tissue.grid();
-  const int reach = 1 + static_cast<int>(std::ceil(coarse.dx_mm / fine.dx_mm));
-  std::vector<float> result(static_cast<std::size_t>(mesh.cells), -1.0f);
-  for (std::size_t m = 0; m < members.size(); ++m)
-    for (int i = mesh.cell_blocks[m] * SolidMesh::block; i < mesh.cell_blocks[m + 1] * SolidMesh::block;
-         ++i) {
-      if (mesh.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
-      const std::array<double, 3> centre = solid.centre(static_cast<std::size_t>(i));
-      std::array<std::int64_t, 3> at{};
-      std::array<double, 3> offset{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double place = (centre[axis] - fine.origin_mm[axis]) / fine.dx_mm;
-        at[axis] = static_cast<std::int64_t>(std::floor(place));
-        offset[axis] = place - 0.5;
-      }
-      double nearest = 1e30;
-      for (int dz = -reach; dz <= reach; ++dz)
-        for (int dy = -reach; dy <= reach; ++dy)
-          for (int dx = -reach; dx <= reach; ++dx) {
-            const std::array<std::int64_t, 3> cell = {at[0] + dx, at[1] + dy, at[2] + dz};
-            double distance = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-              distance += (static_cast<double>(cell[axis]) - offset[axis]) *
-                          (static_cast<double>(cell[axis]) - offset[axis]);
-            if (distance >= nearest) continue;
-            const auto place = tissue.cell_at(cell, members[m]);
-            if (!place || times[*place] < 0) continue;
-            nearest = distance;
-            result[static_cast<std::size_t>(i)] = times[*place];
-          }
-    }
-  return result;
-}
 
 }  // namespace
 
@@ -102,8 +63,13 @@ Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
   if (scene.circulation) circulation_.emplace(launcher, scene, plan.members_per_device, samples_);
   if (scene.mechanics) {
     const Grid grid = solid_grid(scene, plan);
+    if (plan.activation == ActivationMethod::eikonal && TensionDrive::wanted(scene))
+      drive_.emplace(
+          launcher, scene,
+          scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}),
+          plan.members_per_device);
     solid_.emplace(launcher, scene, scene_definitions(scene, grid), grid, plan.members_per_device,
-                   plan.viscous);
+                   plan.viscous, drive_ ? drive_->options() : std::vector<std::string>());
     if (scene.displacement) points_.emplace(launcher, scene, *solid_);
   }
 }
@@ -139,10 +105,12 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
   upload(own);
   if (solid_) {
     solid_->build(parameters_, own);
+    if (drive_) drive_->prepare(own);
     std::vector<std::size_t> sound;
     std::vector<Member> moving;
     for (std::size_t k = 0; k < beating.size(); ++k) {
       std::string why = solid_->defect(k);
+      if (why.empty() && drive_) why = drive_->defect(k);
       if (why.empty() && points_) why = points_->defect(*solid_, k);
       if (!why.empty()) {
         reject(recordings[beating[k]], why);
@@ -157,12 +125,10 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
       own = moving;
       upload(own);
       solid_->build(parameters_, own);
+      if (drive_) drive_->prepare(own);
     }
     if (points_) points_->begin(*solid_, beating.size());
-    if (excitation && excitation->eikonal)
-      solid_->activate(solid_activation(
-          *solid_, excitation->tissue,
-          excitation->eikonal->activation(excitation->tissue, std::numeric_limits<float>::max()), beating));
+    if (excitation && excitation->eikonal) activate(own, beating, *excitation);
   }
   if (circulation_) circulation_->initialise(parameters_, static_cast<int>(beating.size()));
   const bool late = solid_ ? beat_tissue(start, timeout_s) : beat_alone(start, timeout_s);
@@ -201,6 +167,20 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
     keep(displacement, k, recording.displacement);
     store(own[k], k, late, status[k], tissue, recording);
   }
+}
+
+// Of each cell of the solid, the arrival time at its place or the nearest that a wave reaches, and what comes
+// behind it.
+void Heartbeat::activate(std::span<const Member> members, std::span<const std::size_t> of_tissue,
+                         Excitation& excitation) {
+  const std::vector<float> times =
+      excitation.eikonal->activation(excitation.tissue, std::numeric_limits<float>::max());
+  const std::vector<int> places = nearest_places(*solid_, excitation.tissue, times, of_tissue);
+  std::vector<float> own(places.size(), -1.0f);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i] >= 0) own[i] = times[static_cast<std::size_t>(places[i])];
+  solid_->activate(own);
+  if (drive_) drive_->connect(members, of_tissue, excitation.tissue, excitation.parameters, places, *solid_);
 }
 
 // A beat at a time, all in one launch.

@@ -8,6 +8,7 @@
 #include "solver/lumped_circulation.hpp"
 #include "solver/simulation.hpp"
 #include "solver/solid_points.hpp"
+#include "solver/tension_drive.hpp"
 
 namespace cohort {
 
@@ -36,6 +37,8 @@ class Heartbeat {
 
  private:
   void upload(std::span<const Member> members);
+  void activate(std::span<const Member> members, std::span<const std::size_t> of_tissue,
+                Excitation& excitation);
   /// Both return whether the time was over first.
   bool beat_alone(Clock::time_point start, double timeout_s);
   bool beat_tissue(Clock::time_point start, double timeout_s);
@@ -48,6 +51,7 @@ class Heartbeat {
   std::optional<LumpedCirculation> circulation_;
   std::optional<Solid> solid_;
   std::optional<SolidPoints> points_;
+  std::optional<TensionDrive> drive_;  ///< where templates drive the tension
   cl::Buffer parameters_;
   double simulated_ms_ = 0;
 };

@@ -11,6 +11,7 @@
 #include "solver/mechanics.hpp"
 #include "solver/precision.hpp"
 #include "solver/solid_walls.hpp"
+#include "solver/tension_drive.hpp"
 
 namespace cohort {
 
@@ -107,6 +108,21 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
   return plan;
 }
 
+// A tension that the cells drive needs cells that a wave excites, and time.
+static void check_drive(const Scene& scene, const MechanicsText& text) {
+  if (!TensionDrive::wanted(scene)) return;
+  const std::string driven = "mechanics.tension: " + scene.mechanics->tension + " follows the cells' " +
+                             (text.tension.drive == MaterialFile::Drive::calcium ? "calcium" : "potential");
+  if (!excites(scene))
+    throw std::invalid_argument(
+        driven +
+        ", and nothing excites them: neither stimuli nor a conduction system; twitch and constant need none");
+  if (scene.mechanics->quasi_static)
+    throw std::invalid_argument(driven + " in time, which mechanics.quasi_static: true does not have");
+  const double beats = scene.parameters.value("mechanics.drive_beats");
+  if (beats != std::floor(beats)) throw std::invalid_argument("mechanics.drive_beats is no whole number");
+}
+
 SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const Member> members,
                         const Member& base, int batch, Plan& plan) {
   SolidPlan result;
@@ -124,17 +140,19 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
       throw std::invalid_argument(
           "electrophysiology.activation: tissue that deforms follows the arrival times of eikonal; " +
           method_name(plan.activation) + " does not reach it yet");
-    if (!scene.mechanics->tension.empty() && text.tension.drive != MaterialFile::Drive::none)
-      throw std::invalid_argument(
-          "mechanics.tension: " + scene.mechanics->tension + " is driven by the cells' " +
-          (text.tension.drive == MaterialFile::Drive::calcium ? "calcium" : "potential") +
-          ", which tissue that deforms does not get yet; twitch follows the activation times");
+    check_drive(scene, text);
     Device& device = launcher.device();
     const Grid grid = solid_grid(scene, plan);
     plan.viscous = viscous(scene, base.values) ||
                    std::any_of(members.begin(), members.end(),
                                [&](const Member& member) { return viscous(scene, member.values); });
-    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous);
+    std::optional<TensionDrive> drive;
+    if (plan.activation == ActivationMethod::eikonal && TensionDrive::wanted(scene))
+      drive.emplace(
+          launcher, scene,
+          scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}), 1);
+    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous,
+                drive ? drive->options() : std::vector<std::string>());
     const std::vector<std::byte> packed = pack(base.values, scene.precision);
     const cl::Buffer parameters = device.allocate(packed.size());
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
@@ -165,6 +183,10 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
            {"solid_parts", "solid_vertex_voids", "solid_fibres", "solid_measure", "solid_forces",
             "solid_predict", scene.circulation ? "solid_beat" : "solid_load", "solid_move"},
            static_cast<std::size_t>(batch) * solid.bytes());
+    module("tension drive", drive.has_value(),
+           drive ? "mechanics.tension: " + scene.mechanics->tension + " by single cells behind arrival times"
+                 : "activation times alone drive the tension",
+           {"run_drives"}, drive ? TensionDrive::bytes(scene, batch) : 0);
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
   }

@@ -34,7 +34,7 @@ std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int cou
 }  // namespace
 
 Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
-             int members, bool viscous)
+             int members, bool viscous, const std::vector<std::string>& more)
     : launcher_(launcher),
       scene_(scene),
       grid_(grid),
@@ -73,6 +73,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
     stepping.generated += "#define CIRCULATION_SINGLE\n";
   }
   parts.emplace_back("solid.clh");
+  parts.emplace_back("tension_drive.clh");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
     parts.emplace_back(file);
@@ -82,6 +83,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
              "MEMBER_GROUP=" + std::to_string(member_group), std::string("BEATS=") + (beats ? "1" : "0")};
   if (viscous) options.emplace_back("VISCOUS");
+  options.insert(options.end(), more.begin(), more.end());
   program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
@@ -172,6 +174,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   volume_ = reals(std::vector<double>(n(mesh_.items), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
+  drive_ = drive_column_ = reals({});
   std::vector<double> tension(n(tension_states_ + 2) * n(mesh_.cells), 0);
   std::fill_n(tension.begin() + tension_states_ * mesh_.cells, mesh_.cells, 1.0);  // stretch
   tension_ = reals(tension);
@@ -218,6 +221,16 @@ void Solid::activate(const std::vector<float>& times) {
   activation_ = reals(std::vector<double>(times.begin(), times.end()));
 }
 
+void Solid::drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock) {
+  drive_ = values;
+  drive_column_ = column;
+  drive_clock_ = clock;
+}
+
+void Solid::drive(const cl::Buffer& values, const std::vector<double>& column, const Real4& clock) {
+  drive(values, reals(column), clock);
+}
+
 void Solid::forces(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
   const std::size_t items = scene_.mechanics->cavities.empty() ? 0 : static_cast<std::size_t>(mesh_.items);
@@ -228,7 +241,7 @@ void Solid::forces(const cl::Buffer& parameters) {
             parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_,
             tension_, u_, v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_,
             position_, lid_, gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm},
-            odd_);
+            odd_, drive_, drive_column_, drive_clock_);
 }
 
 void Solid::predict() {
@@ -332,6 +345,12 @@ std::size_t Solid::bytes() const {
 
 std::vector<double> Solid::displacement() {
   return read(u_, 3 * static_cast<std::size_t>(mesh_.nodes));
+}
+std::vector<double> Solid::tensions() {
+  const auto cells = static_cast<std::size_t>(mesh_.cells),
+             states = static_cast<std::size_t>(tension_states_);
+  const std::vector<double> all = read(tension_, (states + 2) * cells);
+  return {all.end() - mesh_.cells, all.end()};
 }
 std::vector<double> Solid::velocity() {
   return read(v_, 3 * static_cast<std::size_t>(mesh_.nodes));

@@ -19,9 +19,9 @@ enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
 class Solid {
  public:
   /// grid: of the mechanics; its definitions (NX, NY, NZ) must be those of `definitions`.
-  /// viscous: whether some member's tissue is.
+  /// viscous: whether some member's tissue is. more: -D options, of what drives its tension.
   Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid, int members,
-        bool viscous = false);
+        bool viscous = false, const std::vector<std::string>& more = {});
 
   /// Geometry, fibres, supports of `members`, whose blocks stand in `parameters`; everything at rest.
   void build(const cl::Buffer& parameters, std::span<const Member> members);
@@ -32,6 +32,9 @@ class Solid {
 
   /// Activation times of the cells in the order of mesh(), ms; negative without.
   void activate(const std::vector<float>& times);
+  /// What drives the tension from now on: kernels/tension_drive.clh.
+  void drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock);
+  void drive(const cl::Buffer& values, const std::vector<double>& column, const Real4& clock);
   void forces(const cl::Buffer& parameters);
   void predict();
   /// Member's kernel for prescribed pressures.
@@ -71,6 +74,8 @@ class Solid {
   /// Field (3, nodes).
   std::vector<double> displacement();
   std::vector<double> velocity();
+  /// Tension of the cells as forces() found it, kPa.
+  std::vector<double> tensions();
   void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
   /// Where a material point of a member lies: nodes and weights of its cell, or of the nearest one.
   struct Place {
@@ -134,7 +139,8 @@ class Solid {
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
       position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
       cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
-      pressures_, inflation_, damping_;
+      pressures_, inflation_, damping_, drive_, drive_column_;
+  Real4 drive_clock_{};
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_;
 };
 
