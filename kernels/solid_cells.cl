@@ -86,7 +86,7 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
   if (!(phi > 0)) return;
   const int member = member_of[i / SOLID_BLOCK];
   global const wide *S = state + member * MEMBER_STATE;
-  if (S[ENDED] != 0) return;
+  if (STANDS(S)) return;
   global const real *M = parameters + (size_t)member * PARAMETERS + material_first[region[i]];
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
@@ -102,8 +102,8 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
   const real before = tension[i + (size_t)TENSION_STATES * cells];
   const real T = (real)S[LOAD] *
                  tension_step(states, since, (real)S[BEAT_LENGTH],
-                              tension_drive(drive, drive_column, i, member, activation[i] >= 0, since - R(0.5) * dt,
-                                            (real)S[BEAT_LENGTH], drive_clock),
+                              tension_drive(drive, drive_column, i, cells, member, activation[i] >= 0, since - R(0.5) * dt,
+                                            (real)S[BEAT_TIME] - R(0.5) * dt, (real)S[BEAT_LENGTH], drive_clock),
                               stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
   for (int k = 0; k < TENSION_STATES; ++k) tension[i + (size_t)k * cells] = states[k];
   tension[i + (size_t)TENSION_STATES * cells] = stretch;

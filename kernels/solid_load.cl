@@ -43,6 +43,12 @@ kernel void solid_load(global const real *restrict parameters, global const real
 #endif
   global wide *S = state + member * MEMBER_STATE;
   if (S[ENDED] != 0) return;
+#if WINDOWS
+  if (S[WAITS] != 0) {
+    if (item == 0) S[STEP + 1 - odd] = 0;
+    return;
+  }
+#endif
   const int first = node_blocks[member], last = node_blocks[member + 1];
   const wide kinetic = member_sum(partial + (size_t)KINETIC_SUM * all_node_blocks, first, last, scratch);
   const wide free_force = member_sum(partial + (size_t)FREE_SUM * all_node_blocks, first, last, scratch);
@@ -97,4 +103,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
   }
   S[STEPS_DONE] += 1;
   S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], (wide)1.02 * dt) : S[LARGEST_STEP];
+#if WINDOWS
+  S[STEP + 1 - odd] = wait_at_window(S, dt, S[STEP + 1 - odd]);
+#endif
 }

@@ -131,7 +131,7 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
   const int block = get_global_id(0), blocks = nodes / SOLID_BLOCK;
 #endif
   global const wide *S = state + member_of_node[block] * MEMBER_STATE;
-  if (S[ENDED] != 0) return;
+  if (STANDS(S)) return;
   real sums[NODE_SUMS];
   for (int k = 0; k < NODE_SUMS; ++k) sums[k] = 0;
 #ifndef GPU

@@ -15,9 +15,6 @@ namespace cohort {
 
 namespace {
 
-// Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
-// most.
-constexpr int steps_per_measure = 16;
 // A stretch of steps whose kernels are timed, behind the first looks: by then all are compiled.
 constexpr std::int64_t first_timed_step = 1024, timed_steps = 64;
 // As in kernels/solid_reduce.clh.
@@ -68,8 +65,15 @@ Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
           launcher, scene,
           scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}),
           plan.members_per_device);
+    if (Electromechanics::wanted(scene, plan.activation))
+      coupling_.emplace(
+          launcher, scene,
+          scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}));
     solid_.emplace(launcher, scene, scene_definitions(scene, grid), grid, plan.members_per_device,
-                   plan.viscous, drive_ ? drive_->options() : std::vector<std::string>());
+                   plan.viscous,
+                   drive_      ? drive_->options()
+                   : coupling_ ? Electromechanics::options(scene)
+                               : std::vector<std::string>());
     if (scene.displacement) points_.emplace(launcher, scene, *solid_);
   }
 }
@@ -82,20 +86,20 @@ void Heartbeat::upload(std::span<const Member> members) {
   launcher_.queue().enqueueWriteBuffer(parameters_, CL_TRUE, 0, packed.size(), packed.data());
 }
 
-void Heartbeat::run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation,
-                    double timeout_s) {
+void Heartbeat::run(std::span<const Member> members, std::span<Recording* const> recordings,
+                    Excitation* excitation, const TimeSteps& steps, double timeout_s) {
   const auto start = Clock::now();
   std::vector<std::size_t> beating;  // of the batch
   std::vector<Member> own;
   for (std::size_t m = 0; m < members.size(); ++m) {
-    if (recordings[m].outcome != Outcome::done) continue;
+    if (recordings[m]->outcome != Outcome::done) continue;
     if (const std::string why = scene_.circulation ? circulation_defect(scene_, members[m].values) : "";
         !why.empty()) {
-      reject(recordings[m], why);
+      reject(*recordings[m], why);
       continue;
     }
     if (const std::string why = law_defect(scene_, members[m].values); !why.empty()) {
-      reject(recordings[m], why);
+      reject(*recordings[m], why);
       continue;
     }
     beating.push_back(m);
@@ -113,7 +117,7 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
       if (why.empty() && drive_) why = drive_->defect(k);
       if (why.empty() && points_) why = points_->defect(*solid_, k);
       if (!why.empty()) {
-        reject(recordings[beating[k]], why);
+        reject(*recordings[beating[k]], why);
         continue;
       }
       sound.push_back(beating[k]);
@@ -128,10 +132,14 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
       if (drive_) drive_->prepare(own);
     }
     if (points_) points_->begin(*solid_, beating.size());
-    if (excitation && excitation->eikonal) activate(own, beating, *excitation);
+    if (excitation && !excitation->coupled && !scene_.mechanics->tension.empty())
+      activate(own, beating, *excitation);
   }
   if (circulation_) circulation_->initialise(parameters_, static_cast<int>(beating.size()));
-  const bool late = solid_ ? beat_tissue(start, timeout_s) : beat_alone(start, timeout_s);
+  const bool late = coupling_
+                        ? beat_with_cells(members, recordings, beating, *excitation, steps, start, timeout_s)
+                    : solid_ ? beat_tissue(start, timeout_s)
+                             : beat_alone(start, timeout_s);
   const double share_s = seconds_since(start) / static_cast<double>(beating.size());
   std::vector<HeartStatus> status(beating.size());
   // Of the batch: (members, ...) each.
@@ -156,7 +164,8 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
   };
   const std::vector<double> state = solid_ ? solid_->state() : std::vector<double>();
   for (std::size_t k = 0; k < beating.size(); ++k) {
-    Recording& recording = recordings[beating[k]];
+    Recording& recording = *recordings[beating[k]];
+    if (recording.outcome != Outcome::done) continue;  // its cells went wrong
     recording.device_s += share_s;
     const std::span<const double> tissue =
         solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size)
@@ -173,8 +182,7 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
 // behind it.
 void Heartbeat::activate(std::span<const Member> members, std::span<const std::size_t> of_tissue,
                          Excitation& excitation) {
-  const std::vector<float> times =
-      excitation.eikonal->activation(excitation.tissue, std::numeric_limits<float>::max());
+  const std::vector<float> times = excitation.activation_times();
   const std::vector<int> places = nearest_places(*solid_, excitation.tissue, times, of_tissue);
   std::vector<float> own(places.size(), -1.0f);
   for (std::size_t i = 0; i < places.size(); ++i)
@@ -195,26 +203,29 @@ bool Heartbeat::beat_alone(Clock::time_point start, double timeout_s) {
   return false;
 }
 
-bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
+void Heartbeat::step(bool measured) {
   Solid& solid = *solid_;
-  for (std::int64_t step = 0;; ++step) {
-    if (step == first_timed_step) launcher_.profile(true);
-    if (step == first_timed_step + timed_steps) launcher_.profile(false);
-    const bool measured = step % steps_per_measure == 0;
-    if (measured) solid.measure(parameters_);
-    solid.forces(parameters_);
-    solid.predict();
-    if (circulation_)
-      solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);
-    else
-      solid.load(measured);
-    solid.move();
-    if (points_) points_->sample(solid);
-    if ((step + 1) % steps_per_look != 0) {
-      if (step % steps_per_measure == 0) launcher_.queue().flush();
+  if (measured) solid.measure(parameters_);
+  solid.forces(parameters_);
+  solid.predict();
+  if (circulation_)
+    solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);
+  else
+    solid.load(measured);
+  solid.move();
+  if (points_) points_->sample(solid);
+}
+
+bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
+  for (std::int64_t number = 0;; ++number) {
+    if (number == first_timed_step) launcher_.profile(true);
+    if (number == first_timed_step + timed_steps) launcher_.profile(false);
+    step(number % steps_per_measure == 0);
+    if ((number + 1) % steps_per_look != 0) {
+      if (number % steps_per_measure == 0) launcher_.queue().flush();
       continue;
     }
-    const std::vector<double> state = solid.state();
+    const std::vector<double> state = solid_->state();
     bool running = false;
     for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size)
       running = running || state[k] == 0;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/electromechanics.hpp"
 #include "solver/excitation.hpp"
 #include "solver/lumped_circulation.hpp"
 #include "solver/simulation.hpp"
@@ -29,9 +30,9 @@ class Heartbeat {
 
   /// Beats of members to their ends: pressures, volumes and their features into `recordings`. Members whose
   /// recording is not done (yet rejected, unstable) are left as they are. excitation: which activated these
-  /// members; null where nothing is excited.
-  void run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation,
-           double timeout_s);
+  /// members, or will (Excitation::coupled), in steps of `steps`; null where nothing is excited.
+  void run(std::span<const Member> members, std::span<Recording* const> recordings, Excitation* excitation,
+           const TimeSteps& steps, double timeout_s);
 
   double simulated_ms() const { return simulated_ms_; }  ///< summed over members
 
@@ -42,8 +43,19 @@ class Heartbeat {
   /// Both return whether the time was over first.
   bool beat_alone(Clock::time_point start, double timeout_s);
   bool beat_tissue(Clock::time_point start, double timeout_s);
+  /// A step of all that beats. measured: looks at the speed of waves first.
+  void step(bool measured);
+  /// Cells and tissue together: solver/heartbeat_windows.cpp. all: of the batch, of which `beating` beat.
+  bool beat_with_cells(std::span<const Member> all, std::span<Recording* const> recordings,
+                       std::span<const std::size_t> beating, Excitation& excitation, const TimeSteps& steps,
+                       Clock::time_point start, double timeout_s);
+  bool step_until_all_wait(double window_ms, Clock::time_point start, double timeout_s);
   void store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
              std::span<const double> tissue, Recording& recording);
+
+  // Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
+  // most.
+  static constexpr int steps_per_measure = 16;
 
   Launcher& launcher_;
   const Scene& scene_;
@@ -52,6 +64,7 @@ class Heartbeat {
   std::optional<Solid> solid_;
   std::optional<SolidPoints> points_;
   std::optional<TensionDrive> drive_;  ///< where templates drive the tension
+  std::optional<Electromechanics> coupling_;
   cl::Buffer parameters_;
   double simulated_ms_ = 0;
 };

@@ -74,6 +74,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   }
   parts.emplace_back("solid.clh");
   parts.emplace_back("tension_drive.clh");
+  const bool windows = std::find(more.begin(), more.end(), "WINDOWS=1") != more.end();
+  if (windows) parts.emplace_back("solid_windows.cl");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
     parts.emplace_back(file);
@@ -92,6 +94,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
   move_ = launcher.handle(program_, "solid_move");
   measure_ = launcher.handle(program_, "solid_measure");
+  if (windows) release_ = launcher.handle(program_, "solid_release");
 }
 
 cl::Buffer Solid::reals(const std::vector<double>& host) {
@@ -219,6 +222,12 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
 
 void Solid::activate(const std::vector<float>& times) {
   activation_ = reals(std::vector<double>(times.begin(), times.end()));
+}
+
+void Solid::release(double time_ms) {
+  const double whole = std::floor(time_ms);
+  launcher_.counted(release_, static_cast<std::size_t>(members_), 0, state_, Real{whole},
+                    Real{time_ms - whole}, odd_);
 }
 
 void Solid::drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock) {

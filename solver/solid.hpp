@@ -33,6 +33,8 @@ class Solid {
   /// Activation times of the cells in the order of mesh(), ms; negative without.
   void activate(const std::vector<float>& times);
   /// What drives the tension from now on: kernels/tension_drive.clh.
+  /// Members that wait go on to time_ms since the first beat's begin (kernels/solid_windows.cl).
+  void release(double time_ms);
   void drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock);
   void drive(const cl::Buffer& values, const std::vector<double>& column, const Real4& clock);
   void forces(const cl::Buffer& parameters);
@@ -67,6 +69,10 @@ class Solid {
   const cl::Program& program() const { return program_; }
   const cl::Buffer& states() const { return state_; }
   const cl::Buffer& displacements() const { return u_; }
+  const cl::Buffer& activations() const { return activation_; }
+  /// (states of the law + 2, cells): behind the states the stretch, then the tension.
+  const cl::Buffer& tension_states() const { return tension_; }
+  int first_stretch() const { return tension_states_ * mesh_.cells; }
   const Grid& grid() const { return grid_; }
   /// State of the members (members, state_size), kernels/solid.clh.
   std::vector<double> state();
@@ -114,6 +120,10 @@ class Solid {
     first_volume = first_pressure + 4,
     last_pressure = first_volume + 4,
     next_sample = last_pressure + 4,
+    window_end,
+    waits,
+    held_step,
+    held_behind,
     state_size
   };
 
@@ -141,7 +151,7 @@ class Solid {
       cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
       pressures_, inflation_, damping_, drive_, drive_column_;
   Real4 drive_clock_{};
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, release_;
 };
 
 }  // namespace cohort

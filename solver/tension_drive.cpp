@@ -15,8 +15,6 @@ namespace {
 // The fastest tension rises in 10 ms.
 constexpr double spacing_ms = 0.5;
 constexpr int foot = 12;  ///< samples of the upstroke below the threshold
-// Of tissue that no wave excites: below any resting potential, and no calcium.
-constexpr double idle_mV = -1000, idle_mM = 0;
 
 double table_ms(const Scene& scene) {
   return scene.circulation ? beat_ms(scene) : recorded_ms(scene);

@@ -14,6 +14,8 @@ namespace cohort {
 /// region, or several where a cell parameter varies through its wall.
 class TensionDrive {
  public:
+  /// Of tissue that no wave excites: below any resting potential, and no calcium.
+  static constexpr double idle_mV = -1000, idle_mM = 0;
   /// Whether the tension of the scene needs a drive.
   static bool wanted(const Scene& scene);
   /// definitions: of the excited tissue.

@@ -15,4 +15,15 @@ namespace cohort {
 std::vector<int> nearest_places(const Solid& solid, const Tissue& tissue, std::span<const float> times,
                                 std::span<const std::size_t> members);
 
+/// By cell of the mesh, from first[i] to first[i + 1], the places of the excited cells whose centres lie in
+/// it, else of the nearest as above; that nearest to its centre first.
+struct CellPlaces {
+  std::vector<int> first, places;
+};
+CellPlaces places_within(const Solid& solid, const Tissue& tissue, std::span<const std::size_t> members);
+
+/// By place of the tissue's fields the cell of the mesh that holds its centre, else the nearest neighbour of
+/// that; -1 without, and for members that are not of the solid.
+std::vector<int> cells_around(const Solid& solid, const Tissue& tissue, std::span<const std::size_t> members);
+
 }  // namespace cohort
