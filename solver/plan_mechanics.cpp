@@ -193,7 +193,8 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
            static_cast<std::size_t>(batch) * solid.bytes());
     module("tension drive", drive.has_value(),
            drive ? "mechanics.tension: " + scene.mechanics->tension + " by single cells behind arrival times"
-                 : "activation times alone drive the tension",
+           : coupled && TensionDrive::wanted(scene) ? "the cells themselves drive the tension"
+                                                    : "activation times alone drive the tension",
            {"run_drives"}, drive ? TensionDrive::bytes(scene, batch) : 0);
     std::string together = "activation times are enough";
     if (coupled && TensionDrive::wanted(scene))
