@@ -4,7 +4,7 @@
 
 // inflation (members, 2 + CAVITIES): duration ms, damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
 kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
-                       global const real *restrict measures, global const real *restrict volume,
+                       global const real *restrict speeds, global const real *restrict measures, global const real *restrict volume,
                        global const int *restrict node_blocks, global const int *restrict cell_blocks,
                        global const int *restrict item_blocks, global const real *restrict inflation,
                        global const real *restrict damping, global wide *restrict state,
@@ -36,7 +36,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   wide energy = 0;
   if (measured) {
     const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
-    speed2 = member_largest(measures + (size_t)SPEED_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    speed2 = member_largest(speeds, first, last, scratch);
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
@@ -46,7 +46,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   const wide dt = S[STEP + odd];
   S[KINETIC] = sums[KINETIC_SUM];
   S[STEPS_DONE] += 1;
-  wide next = dt > 0 ? fmin(S[LARGEST_STEP], W(1.02) * dt) : S[LARGEST_STEP];
+  wide next = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
   const loop_parameters a = load_loop(parameters + (size_t)member * PARAMETERS, numbers[0]);
   const heart_clock c = load_clock(numbers, at_most, samples);
   global const real *filling = inflation + member * (2 + CAVITIES);

@@ -5,9 +5,10 @@
 //   solid_move                    velocities with the pressures, displacements
 // Element, cut cells, pressure through the cavity's fraction: solver/README.md. The mean-dilatation pressure: Simo, Taylor &
 // Pister, Comput. Methods Appl. Mech. Eng. 51 (1985), with one pressure a cell and U = kappa/2 (J - 1)^2.
-// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR; -D VISCOUS where some tissue is.
-#if !defined(PARAMETERS) || !defined(MASS_FLOOR)
-#error "solid.cl needs PARAMETERS, MASS_FLOOR"
+// Needs solid.clh, symmetric.clh, a law, a tension law (or none) and -D PARAMETERS, MASS_FLOOR, MOST_SLOTS (that a tile can have); -D VISCOUS
+// where some tissue is.
+#if !defined(PARAMETERS) || !defined(MASS_FLOOR) || !defined(MOST_SLOTS)
+#error "solid_cells.cl needs PARAMETERS, MASS_FLOOR, MOST_SLOTS"
 #endif
 
 // The law's own energy of a change of volume, else kappa/2 (J - 1)^2.
@@ -69,28 +70,69 @@ inline real fibre_stretch(const Modes *m, const real *quarter, global const real
 }
 #endif
 
-// Forces (8, 3, cells) of cells on their nodes, mN. share (cells): of the cell in tissue, 0 in padding. direction (points, 3,
+inline real3 sheet_at(global const real *restrict direction, int i, int stride, int g) {
+#if LAW_SHEETS
+  return direction_at(direction, i, stride, POINTS + g);
+#else
+  return (real3)(0);
+#endif
+}
+
+#if TENSION
+// The factor of F f (x) f in the first Piola-Kirchhoff stress, kPa.
+inline real tension_per_stretch(real T, real stretch) {
+#if TENSION_PER_STRETCH2
+  return T / (stretch * stretch);
+#else
+  return T;
+#endif
+}
+#endif
+
+// First Piola-Kirchhoff stress at a point, kPa, by columns: the law's and the pressure's times `weight`, of the tension `active`. D: rate of
+// F, 1/ms, read where tissue is viscous.
+inline Columns point_stress(const Columns *F, const Columns *D, real3 f, real3 s, real weight, real active, real pressure,
+                            global const real *restrict M) {
+  const Columns K = cofactor(F);
+  const symmetric C = right_cauchy_green(F->x, F->y, F->z);
+  symmetric stress = law_stress(C, dot(F->x, K.x), f, s, M);
+#ifdef VISCOUS
+  const real eta = M[M_viscosity_kPa_ms];
+  stress.xx += eta * dot(F->x, D->x);
+  stress.yy += eta * dot(F->y, D->y);
+  stress.zz += eta * dot(F->z, D->z);
+  stress.yz += R(0.5) * eta * (dot(F->y, D->z) + dot(F->z, D->y));
+  stress.xz += R(0.5) * eta * (dot(F->x, D->z) + dot(F->z, D->x));
+  stress.xy += R(0.5) * eta * (dot(F->x, D->y) + dot(F->y, D->x));
+#endif
+  Columns P = {
+      weight * (F->x * stress.xx + F->y * stress.xy + F->z * stress.xz + pressure * K.x),
+      weight * (F->x * stress.xy + F->y * stress.yy + F->z * stress.yz + pressure * K.y),
+      weight * (F->x * stress.xz + F->y * stress.yz + F->z * stress.zz + pressure * K.z),
+  };
+#if TENSION
+  const real3 along = active * apply(F, f);
+  P.x += along * f.x;
+  P.y += along * f.y;
+  P.z += along * f.z;
+#endif
+  return P;
+}
+
+// Modes of the forces of a cell, by its displacements' modes. share (4, cells): of the cell's quarters in tissue, 0 in padding. direction (points, 3,
 // cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
 // law's states, the stretch of the step before, and the tension (kPa).
-static inline void cell_forces(int i, global const real *restrict parameters, global const wide *restrict state,
-                         global const ushort *restrict member_of, global const int *restrict cell_nodes,
-                         global const real *restrict share, global const uchar *restrict region,
-                         global const real *restrict direction, global const real *restrict activation,
-                         global real *restrict tension, global const real *restrict u,
-                         global const real *restrict v, global real *restrict force, const int cells,
-                         const int nodes_stride, const real h, const int odd, global const real *restrict drive,
-                         global const real *restrict drive_column, const real4 drive_clock) {
+static inline Modes cell_forces(int i, const Modes m, const Modes rate, global const real *restrict parameters,
+                         global const wide *restrict S, int member, global const real *restrict share,
+                         global const uchar *restrict region, global const real *restrict direction,
+                         global const real *restrict activation, global real *restrict tension, const int cells,
+                         const int odd, global const real *restrict drive, global const real *restrict drive_column,
+                         const real4 drive_clock) {
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
-  if (!(phi > 0)) return;
-  const int member = member_of[i / SOLID_BLOCK];
-  global const wide *S = state + member * MEMBER_STATE;
-  if (STANDS(S)) return;
+  if (!(phi > 0)) return no_modes();
   global const real *M = parameters + (size_t)member * PARAMETERS + material_first[region[i]];
-  int nodes[8];
-  load_nodes(cell_nodes, i, cells, nodes);
-  const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
 #if TENSION
   const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
@@ -108,50 +150,37 @@ static inline void cell_forces(int i, global const real *restrict parameters, gl
   for (int k = 0; k < TENSION_STATES; ++k) tension[i + (size_t)k * cells] = states[k];
   tension[i + (size_t)TENSION_STATES * cells] = stretch;
   tension[i + (size_t)(TENSION_STATES + 1) * cells] = T;
+  const real per_stretch = tension_per_stretch(T, stretch);
+#else
+  const real per_stretch = 0;
 #endif
-#ifdef VISCOUS
-  const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
-#endif
-  Modes sum = {(real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0)};
+  Modes sum = no_modes();
   for (int g = 0; g < POINTS; ++g) {
     const real3 e = point_offset(g);
-    const Columns F = deformation(&m, e), K = cofactor(&F);
-    const real3 f = direction_at(direction, i, cells, g);
-#if LAW_SHEETS
-    const real3 s = direction_at(direction, i, cells, POINTS + g);
-#else
-    const real3 s = (real3)(0);
-#endif
-    const symmetric C = right_cauchy_green(F.x, F.y, F.z);
-    symmetric stress = law_stress(C, dot(F.x, K.x), f, s, M);
+    const Columns F = deformation(&m, e);
 #ifdef VISCOUS
     const Columns D = gradient_at(&rate, e);
-    const real eta = M[M_viscosity_kPa_ms];
-    stress.xx += eta * dot(F.x, D.x);
-    stress.yy += eta * dot(F.y, D.y);
-    stress.zz += eta * dot(F.z, D.z);
-    stress.yz += R(0.5) * eta * (dot(F.y, D.z) + dot(F.z, D.y));
-    stress.xz += R(0.5) * eta * (dot(F.x, D.z) + dot(F.z, D.x));
-    stress.xy += R(0.5) * eta * (dot(F.x, D.y) + dot(F.y, D.x));
+#else
+    const Columns D = {(real3)(0), (real3)(0), (real3)(0)};
 #endif
-    const real weight = fmax(quarter[g], MASS_FLOOR);
-    Columns P = {
-        weight * (F.x * stress.xx + F.y * stress.xy + F.z * stress.xz + pressure * K.x),
-        weight * (F.x * stress.xy + F.y * stress.yy + F.z * stress.yz + pressure * K.y),
-        weight * (F.x * stress.xz + F.y * stress.yz + F.z * stress.zz + pressure * K.z),
-    };
-#if TENSION
-    real3 along = quarter[g] * T * apply(&F, f);
-#if TENSION_PER_STRETCH2
-    along /= stretch * stretch;
-#endif
-    P.x += along * f.x;
-    P.y += along * f.y;
-    P.z += along * f.z;
-#endif
+    const Columns P = point_stress(&F, &D, direction_at(direction, i, cells, g), sheet_at(direction, i, cells, g),
+                                   fmax(quarter[g], MASS_FLOOR), quarter[g] * per_stretch, pressure, M);
     add_stress(&sum, &P, e);
   }
-  store_corners(&sum, -h * h / 16, force, i, cells);
+  return sum;
+}
+
+#ifdef GPU
+#define TILE local
+#else
+#define TILE private
+#endif
+
+// The displacements (3, slots) of a cell's corners, in its tile.
+inline Modes tile_modes(TILE const real *field, const int *slot, int stride, real scale) {
+  real3 n[8];
+  for (int c = 0; c < 8; ++c) n[c] = scale * (real3)(field[slot[c]], field[slot[c] + stride], field[slot[c] + 2 * stride]);
+  return modes_of(n);
 }
 
 // Area of a face by its corners, (integral of N_a n) for each; n points as dxi x deta. 2 x 2 Gauss points are exact. Returns the
@@ -190,7 +219,7 @@ static inline void cavity_forces(int j, global const wide *restrict state, globa
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   real chi[POINTS];
   load_shares(item_share, j, items, chi);
-  Modes sum = {(real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0), (real3)(0)};
+  Modes sum = no_modes();
   real J = 0;
   for (int g = 0; g < POINTS; ++g) {
     const real3 e = point_offset(g);
@@ -231,44 +260,134 @@ static inline void cavity_forces(int j, global const wide *restrict state, globa
   volume[j] = total;
 }
 
-// Both in one launch, which would be two short ones: cells first, then items.
+// The cells' forces (3, slots), mN, each tile's added up by node, and what cavities' volumes depend on: two short launches in one. A work-group (a
+// work-item on CPUs) is a tile or a block of items. most: slots of the largest tile. pulls (tiles), where pressures are prescribed: sum of the
+// squares of the cells' forces.
 kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
-                         global const real *restrict share, global const uchar *restrict region,
-                         global const real *restrict direction, global const real *restrict activation,
-                         global real *restrict tension, global const real *restrict u,
-                         global const real *restrict v, global real *restrict force,
-                         global const ushort *restrict member_of_item, global const int *restrict item_cell,
-                         global const uchar *restrict item_cavity, global const real *restrict item_share,
-                         global const real *restrict item_faces, global const real *restrict position,
-                         global const real *restrict lid, global real *restrict gradient, global real *restrict volume,
-                         const int cells, const int nodes_stride, const int items, const real h, const int odd,
-                         global const real *restrict drive, global const real *restrict drive_column,
-                         const real4 drive_clock) {
-  const int i = get_global_id(0);
-  if (i < cells)
-    cell_forces(i, parameters, state, member_of, cell_nodes, share, region, direction, activation, tension, u, v, force,
-                cells, nodes_stride, h, odd, drive, drive_column, drive_clock);
+                         global const int *restrict tile_slots, global const int *restrict slot_node,
+                         global const ushort *restrict cell_slots, global const real *restrict share,
+                         global const uchar *restrict region, global const real *restrict direction,
+                         global const real *restrict activation, global real *restrict tension,
+                         global const real *restrict u, global const real *restrict v, global real *restrict force,
+                         global real *restrict pulls, global const ushort *restrict member_of_item,
+                         global const int *restrict item_cell, global const uchar *restrict item_cavity,
+                         global const real *restrict item_share, global const real *restrict item_faces,
+                         global const real *restrict position, global const real *restrict lid,
+                         global real *restrict gradient, global real *restrict volume, local real *restrict scratch,
+                         const int cells, const int nodes_stride, const int items, const int slots, const int most,
+                         const real h, const int odd, global const real *restrict drive,
+                         global const real *restrict drive_column, const real4 drive_clock) {
+#ifdef GPU
+  const int tile = get_group_id(0), own = get_local_id(0);
+#else
+  const int tile = get_global_id(0);
+#endif
 #if CAVITIES > 0
-  else
-    cavity_forces(i - cells, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes, position,
-                  lid, u, gradient, volume, cells, nodes_stride, items, h);
+  if (tile >= cells / SOLID_BLOCK) {
+#ifndef GPU
+    for (int own = 0; own < SOLID_BLOCK; ++own)
+#endif
+      cavity_forces(tile * SOLID_BLOCK - cells + own, state, member_of_item, item_cell, item_cavity, item_share, item_faces,
+                    cell_nodes, position, lid, u, gradient, volume, cells, nodes_stride, items, h);
+    return;
+  }
+#endif
+  const int member = member_of[tile], first = tile_slots[tile], count = tile_slots[tile + 1] - first;
+  global const wide *S = state + member * MEMBER_STATE;
+  if (STANDS(S)) return;
+#ifdef GPU
+  local real *at = scratch, *sum = scratch + 3 * most;
+  for (int k = own; k < count; k += SOLID_BLOCK) {
+    const int a = slot_node[first + k];
+    for (int d = 0; d < 3; ++d) {
+      at[k + d * most] = u[a + (size_t)d * nodes_stride];
+      sum[k + d * most] = 0;
+    }
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const int i = tile * SOLID_BLOCK + own;
+  int slot[8];
+  for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
+#ifdef VISCOUS
+  int nodes[8];
+  load_nodes(cell_nodes, i, cells, nodes);
+  const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
+#else
+  const Modes rate = no_modes();
+#endif
+  const Modes f = cell_forces(i, tile_modes(at, slot, most, R(0.25) / h), rate, parameters, S, member, share, region, direction,
+                              activation, tension, cells, odd, drive, drive_column, drive_clock);
+  const bool tissue = share[i] + share[i + (size_t)cells] + share[i + 2 * (size_t)cells] + share[i + 3 * (size_t)cells] > 0;
+  real pull = 0;
+  // A node is corner c of one cell at most.
+  for (int c = 0; c < 8; ++c) {
+    if (tissue) {
+      const real3 of_corner = at_corner(&f, c, -h * h / 16);
+      sum[slot[c]] += of_corner.x;
+      sum[slot[c] + most] += of_corner.y;
+      sum[slot[c] + 2 * most] += of_corner.z;
+      pull += dot(of_corner, of_corner);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  for (int k = own; k < count; k += SOLID_BLOCK)
+    for (int d = 0; d < 3; ++d) force[first + k + (size_t)d * slots] = sum[k + d * most];
+#if !BEATS
+  barrier(CLK_LOCAL_MEM_FENCE);
+  sums_of_block(&pull, 1, scratch);
+  if (own == 0) pulls[tile] = scratch[0];
+#endif
+#else
+  real at[3 * MOST_SLOTS], sum[3 * MOST_SLOTS], pull = 0;
+  for (int k = 0; k < count; ++k) {
+    const int a = slot_node[first + k];
+    for (int d = 0; d < 3; ++d) {
+      at[k + d * MOST_SLOTS] = u[a + (size_t)d * nodes_stride];
+      sum[k + d * MOST_SLOTS] = 0;
+    }
+  }
+  for (int i = tile * SOLID_BLOCK; i < (tile + 1) * SOLID_BLOCK; ++i) {
+    int slot[8];
+    for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
+#ifdef VISCOUS
+    int nodes[8];
+    load_nodes(cell_nodes, i, cells, nodes);
+    const Modes rate = cell_modes(v, nodes, nodes_stride, R(0.25) / h);
+#else
+    const Modes rate = no_modes();
+#endif
+    const Modes f = cell_forces(i, tile_modes(at, slot, MOST_SLOTS, R(0.25) / h), rate, parameters, S, member, share, region,
+                                direction, activation, tension, cells, odd, drive, drive_column, drive_clock);
+    for (int c = 0; c < 8; ++c) {
+      const real3 of_corner = at_corner(&f, c, -h * h / 16);
+      sum[slot[c]] += of_corner.x;
+      sum[slot[c] + MOST_SLOTS] += of_corner.y;
+      sum[slot[c] + 2 * MOST_SLOTS] += of_corner.z;
+      pull += dot(of_corner, of_corner);
+    }
+  }
+  for (int k = 0; k < count; ++k)
+    for (int d = 0; d < 3; ++d) force[first + k + (size_t)d * slots] = sum[k + d * MOST_SLOTS];
+#if !BEATS
+  pulls[tile] = pull;
+#endif
 #endif
 }
 
 #define TOGETHER R(1.25)
 
-// By block of cells (3, blocks): largest square of a wave's speed per unit of h (mm2/ms2), -(smallest mean volume ratio), strain
-// energy (uJ).
-#define SPEED_MEASURE 0
-#define COLLAPSE_MEASURE 1
-#define ENERGY_MEASURE 2
-#define CELL_MEASURES 3
+// By block of cells (2, blocks): -(smallest mean volume ratio), strain energy (uJ).
+#define COLLAPSE_MEASURE 0
+#define ENERGY_MEASURE 1
+#define CELL_MEASURES 2
+// bound (cells): of the stiffness, times the mass at a corner per unit of density (solid_bound adds them up at nodes); where some tissue is
+// viscous the square of a wave's speed per unit of h, mm2/ms2.
 inline void measure_cell(int i, global const real *restrict P, global const int *restrict cell_nodes,
                          global const real *restrict share, global const uchar *restrict region,
                          global const real *restrict direction, global const real *restrict tension,
-                         global const real *restrict u, int cells, int nodes_stride, real h, real density,
-                         real *measure) {
+                         global const real *restrict u, global real *restrict bound, int cells, int nodes_stride,
+                         real h, real density, real pressure_share, real *measure) {
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   if (!(quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0)) return;
@@ -277,7 +396,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real J = mean_volume_ratio(&m, quarter);
-  real speed2 = 0, energy = 0;
+  real stiffest = 0, energy = 0, weights = 0;
 #if TENSION
   const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   real states[TENSION_STATES + 1];
@@ -287,35 +406,36 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
 #endif
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(&m, point_offset(g)), K = cofactor(&F);
-    const real3 f = direction_at(direction, i, cells, g);
-#if LAW_SHEETS
-    const real3 s = direction_at(direction, i, cells, POINTS + g);
-#else
-    const real3 s = (real3)(0);
-#endif
+    const real3 f = direction_at(direction, i, cells, g), s = sheet_at(direction, i, cells, g);
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
     const symmetric S = law_stress(C, Jg, f, s, M);
-    // Of one cell: the mean pressure's stiffness is rank one, 4 kappa |cof F|^2 / (rho h^2) with the Frobenius norm (3 at rest);
-    // of the law, m (x) N alone is bounded, and several act at once.
-    real stiffness = M[M_bulk_modulus_kPa] * (dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z)) +
+    // Of one cell the mean pressure's stiffness is rank one, 4 kappa |cof F|^2 / (rho h^2) with the Frobenius norm (3 at rest); of cells together
+    // less (solid_waves.cl). Of the law, m (x) N alone is bounded, and several act at once.
+    const real all = dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z);
+    const real along = pressure_share < 1 ? fmin(all, sym_largest(right_cauchy_green(K.x, K.y, K.z))) : all;
+    real stiffness = M[M_bulk_modulus_kPa] * (along + pressure_share * (all - along)) +
                      TOGETHER * law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
 #if TENSION
     stiffness += TOGETHER * active;
 #endif
-    real square = stiffness / density;
 #ifdef VISCOUS
     // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
     // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).
     const real per_h = M[M_viscosity_kPa_ms] * sym_largest(C) / (density * h);
-    const real speed = per_h + sqrt(square + per_h * per_h);
-    square = speed * speed;
+    const real speed = per_h + sqrt(stiffness / density + per_h * per_h);
+    stiffness = speed * speed;
 #endif
-    speed2 = fmax(speed2, square);
+    stiffest = fmax(stiffest, stiffness);
+    weights += fmax(quarter[g], MASS_FLOOR);
     energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
               (law_energy(C, Jg, f, s, M) + law_volume_energy(J, M[M_bulk_modulus_kPa]));
   }
-  measure[SPEED_MEASURE] = fmax(measure[SPEED_MEASURE], speed2);
+#ifdef VISCOUS
+  bound[i] = stiffest;
+#else
+  bound[i] = stiffest * weights * h * h * h / 32;
+#endif
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
   measure[ENERGY_MEASURE] += h * h * h * energy;
 }
@@ -324,7 +444,8 @@ kernel void solid_measure(global const real *restrict parameters, global const w
                           global const ushort *restrict member_of, global const int *restrict cell_nodes,
                           global const real *restrict share, global const uchar *restrict region,
                           global const real *restrict direction, global const real *restrict tension,
-                          global const real *restrict u, global real *restrict partial, const int cells, const int nodes_stride, const real h) {
+                          global const real *restrict u, global real *restrict bound, global real *restrict partial,
+                          const int cells, const int nodes_stride, const real h) {
 #ifdef GPU
   local real scratch[SOLID_BLOCK];
   const int i = get_global_id(0), block = get_group_id(0), blocks = cells / SOLID_BLOCK;
@@ -334,14 +455,14 @@ kernel void solid_measure(global const real *restrict parameters, global const w
   const int member = member_of[block];
   if (state[member * MEMBER_STATE + ENDED] != 0) return;
   global const real *P = parameters + (size_t)member * PARAMETERS;
-  const real density = P[PARAM_mechanics_density_mg_per_mm3];
-  real measure[CELL_MEASURES] = {0, -R(1e30), 0};
+  const real density = P[PARAM_mechanics_density_mg_per_mm3], shared = state[member * MEMBER_STATE + PRESSURE_SHARE];
+  real measure[CELL_MEASURES] = {-R(1e30), 0};
 #ifndef GPU
   for (int i = block * SOLID_BLOCK; i < (block + 1) * SOLID_BLOCK; ++i)
 #endif
-    measure_cell(i, P, cell_nodes, share, region, direction, tension, u, cells, nodes_stride, h, density, measure);
+    measure_cell(i, P, cell_nodes, share, region, direction, tension, u, bound, cells, nodes_stride, h, density, shared,
+                 measure);
 #ifdef GPU
-  measure[SPEED_MEASURE] = largest_of_block(measure[SPEED_MEASURE], scratch);
   measure[COLLAPSE_MEASURE] = largest_of_block(measure[COLLAPSE_MEASURE], scratch);
   sums_of_block(measure + ENERGY_MEASURE, 1, scratch);
   measure[ENERGY_MEASURE] = scratch[0];
@@ -350,3 +471,37 @@ kernel void solid_measure(global const real *restrict parameters, global const w
     for (int k = 0; k < CELL_MEASURES; ++k) partial[block + (size_t)k * blocks] = measure[k];
 }
 
+// By block of nodes: largest square of a wave's speed per unit of h, mm2/ms2. The cells' bounds meet in a node in proportion to their mass there,
+// because the energy of a motion is a sum over cells and so is its mass; of viscous cells the largest counts.
+kernel void solid_bound(global const wide *restrict state, global const ushort *restrict member_of_node,
+                        global const int *restrict corners, global const real *restrict inverse_mass,
+                        global const real *restrict bound, global real *restrict partial, const int nodes) {
+#ifdef GPU
+  local real scratch[SOLID_BLOCK];
+  const int a = get_global_id(0), block = get_group_id(0);
+#else
+  const int block = get_global_id(0);
+#endif
+  if (state[member_of_node[block] * MEMBER_STATE + ENDED] != 0) return;
+  real largest = 0;
+#ifndef GPU
+  for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a)
+#endif
+  {
+    real met = 0;
+    for (int c = 0; c < 8; ++c) {
+      const real of_cell = bound[corners[a + (size_t)c * nodes]];
+#ifdef VISCOUS
+      met = fmax(met, of_cell);
+#else
+      met += of_cell * inverse_mass[a];
+#endif
+    }
+    largest = met > largest || isnan(met) ? met : largest;
+  }
+#ifdef GPU
+  largest = largest_of_block(largest, scratch);
+  if (get_local_id(0) == 0)
+#endif
+    partial[block] = largest;
+}

@@ -29,8 +29,8 @@ inline void take_cavity_samples(global wide *S, const wide *volumes, wide time, 
 // loads: (ramp ms, end ms, tolerance of the residual, 1 when quasi-static). pressures (members, CAVITIES): kPa, of cavities
 // that are not driven. series (members, 2, CAVITIES, samples): pressures (mmHg) and volumes (mL), every `interval` ms; of what
 // is quasi-static one sample, at rest.
-kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict measures,
-                       global const real *restrict volume, global const int *restrict node_blocks,
+kernel void solid_load(global const real *restrict parameters, global const real *restrict partial, global const real *restrict speeds, global const real *restrict measures,
+                       global const real *restrict volume, global const real *restrict pulls, global const int *restrict node_blocks,
                        global const int *restrict cell_blocks, global const int *restrict item_blocks,
                        global const real *restrict pressures, const real4 loads, global wide *restrict state,
                        global float *restrict series, const int samples, const real interval, const int all_node_blocks, const int all_cell_blocks, const int measured, const real h,
@@ -52,7 +52,11 @@ kernel void solid_load(global const real *restrict parameters, global const real
   const int first = node_blocks[member], last = node_blocks[member + 1];
   const wide kinetic = member_sum(partial + (size_t)KINETIC_SUM * all_node_blocks, first, last, scratch);
   const wide free_force = member_sum(partial + (size_t)FREE_SUM * all_node_blocks, first, last, scratch);
-  const wide loaded = member_sum(partial + (size_t)LOADED_SUM * all_node_blocks, first, last, scratch);
+  wide pressed = 0;
+  for (int q = 0; q < CAVITIES; ++q) pressed += fabs(S[FIRST_PRESSURE + q]);
+  // Without pressures over what cells pull with.
+  const wide loaded = pressed > 0 ? member_sum(partial + (size_t)LOADED_SUM * all_node_blocks, first, last, scratch)
+                                  : member_sum(pulls, cell_blocks[member], cell_blocks[member + 1], scratch);
   wide volumes[CAVITIES + 1];
   for (int q = 0; q < CAVITIES; ++q)
     volumes[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,
@@ -61,7 +65,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
   real speed2 = 0, collapse = 0;
   wide energy = 0;
   if (measured) {
-    speed2 = member_largest(measures + (size_t)SPEED_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
+    speed2 = member_largest(speeds, first, last, scratch);
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
     energy = member_sum(measures + (size_t)ENERGY_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
   }
@@ -102,7 +106,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
     S[FIRST_PRESSURE + q] = S[LOAD] * pressures[member * CAVITIES + q];
   }
   S[STEPS_DONE] += 1;
-  S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], (wide)1.02 * dt) : S[LARGEST_STEP];
+  S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
 #if WINDOWS
   S[STEP + 1 - odd] = wait_at_window(S, dt, S[STEP + 1 - odd]);
 #endif

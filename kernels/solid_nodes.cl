@@ -23,8 +23,7 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
   return sym_times(Q, sym_times(sym_cofactor(A), inverse_mass * sym_times(Q, impulse)) / sym_determinant(A));
 }
 
-// Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces (without pressures: of what cells
-// pull with), energy of springs, r_q = g_q . v*, then
+// Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
 // s_qr = g_q . response(g_r) for q <= r.
 // FREE_SUM and LOADED_SUM stand where pressures are prescribed.
 #define KINETIC_SUM 0
@@ -40,25 +39,23 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
 #define NODE_SUMS (COMPLIANCE_SUM + CAVITIES * (CAVITIES + 1) / 2)
 
 // One node of solid_predict.
-inline void predict_node(int a, global const wide *restrict S, global const int *restrict corners,
+inline void predict_node(int a, global const wide *restrict S, bool touches, global const int *restrict first_slot,
+                         global const int *restrict node_slots,
                          global const real *restrict inverse_mass, global const int *restrict support_of,
                          global const real *restrict supports, global const int *restrict cavity_of,
                          global const int *restrict cavity_corners, global const real *restrict force,
                          global const real *restrict gradient, global real *restrict cavity_gradient,
-                         global const real *restrict u, global real *restrict v, int cells, int nodes, int support_stride,
+                         global const real *restrict u, global real *restrict v, int slots, int nodes, int support_stride,
                          int items, int cavity_nodes, int odd, real *sums) {
   const real inverse = inverse_mass[a];
   if (!(inverse > 0)) return;
   const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
   real3 f = (real3)(0);
-  real squares = 0;
-  for (int c = 0; c < 8; ++c) {
-    const size_t at = corners[a + (size_t)c * nodes] + (size_t)(3 * c) * cells;
-    const real3 of_cell = (real3)(force[at], force[at + cells], force[at + 2 * (size_t)cells]);
-    f += of_cell;
-    squares += dot(of_cell, of_cell);
+  for (int k = first_slot[a]; k < first_slot[a + 1]; ++k) {
+    const int at = node_slots[k];
+    f += (real3)(force[at], force[at + (size_t)slots], force[at + 2 * (size_t)slots]);
   }
-  const int s = support_of[a], j = cavity_of[a];
+  const int s = support_of[a], j = touches ? cavity_of[a] : -1;
   const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
   real3 of_springs = (real3)(0);  // dt^2 K / 4 times the velocity before
   if (s >= 0) {
@@ -109,20 +106,19 @@ inline void predict_node(int a, global const wide *restrict S, global const int 
     loads = sym_times(Q, loads);
   }
   sums[FREE_SUM] += dot(free_force, free_force);
-  real pressed = 0;
-  for (int q = 0; q < CAVITIES; ++q) pressed += fabs((real)S[FIRST_PRESSURE + q]);
-  sums[LOADED_SUM] += pressed > 0 ? dot(loads, loads) : squares;
+  sums[LOADED_SUM] += dot(loads, loads);
 #endif
 }
 
 // Velocities without the cavities' pressures, in place; sums (NODE_SUMS, blocks).
 kernel void solid_predict(global const wide *restrict state, global const ushort *restrict member_of_node,
-                          global const int *restrict corners, global const real *restrict inverse_mass,
-                          global const int *restrict support_of, global const real *restrict supports,
+                          global const int *restrict first_slot, global const int *restrict node_slots,
+                          global const real *restrict inverse_mass, global const int *restrict support_of,
+                          global const real *restrict supports, global const uchar *restrict cavity_block,
                           global const int *restrict cavity_of, global const int *restrict cavity_corners,
                           global const real *restrict force, global const real *restrict gradient,
                           global real *restrict cavity_gradient, global const real *restrict u,
-                          global real *restrict v, global real *restrict partial, const int cells, const int nodes,
+                          global real *restrict v, global real *restrict partial, const int slots, const int nodes,
                           const int support_stride, const int items, const int cavity_nodes, const int odd) {
 #ifdef GPU
   local real scratch[NODE_SUMS * SOLID_BLOCK];
@@ -132,26 +128,29 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
 #endif
   global const wide *S = state + member_of_node[block] * MEMBER_STATE;
   if (STANDS(S)) return;
+  const bool touches = cavity_block[block] != 0;
+  // Those of cavities stay zero elsewhere.
+  const int count = touches ? NODE_SUMS : RATE_SUM;
   real sums[NODE_SUMS];
   for (int k = 0; k < NODE_SUMS; ++k) sums[k] = 0;
 #ifndef GPU
   for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a)
 #endif
-    predict_node(a, S, corners, inverse_mass, support_of, supports, cavity_of, cavity_corners, force, gradient,
-                 cavity_gradient, u, v, cells, nodes, support_stride, items, cavity_nodes, odd, sums);
+    predict_node(a, S, touches, first_slot, node_slots, inverse_mass, support_of, supports, cavity_of, cavity_corners, force,
+                 gradient, cavity_gradient, u, v, slots, nodes, support_stride, items, cavity_nodes, odd, sums);
 #ifdef GPU
-  sums_of_block(sums, NODE_SUMS, scratch);
-  if (get_local_id(0) < NODE_SUMS)
-    partial[block + (size_t)get_local_id(0) * blocks] = scratch[get_local_id(0) * SOLID_BLOCK];
+  sums_of_block(sums, count, scratch);
+  if (get_local_id(0) < count) partial[block + (size_t)get_local_id(0) * blocks] = scratch[get_local_id(0) * SOLID_BLOCK];
 #else
-  for (int k = 0; k < NODE_SUMS; ++k) partial[block + (size_t)k * blocks] = sums[k];
+  for (int k = 0; k < count; ++k) partial[block + (size_t)k * blocks] = sums[k];
 #endif
 }
 
 // Adds the pressures' impulses and moves the nodes.
 kernel void solid_move(global const wide *restrict state, global const ushort *restrict member_of_node,
                        global const real *restrict inverse_mass, global const int *restrict support_of,
-                       global const real *restrict supports, global const int *restrict cavity_of,
+                       global const real *restrict supports, global const uchar *restrict cavity_block,
+                       global const int *restrict cavity_of,
                        global const real *restrict cavity_gradient, global real *restrict u, global real *restrict v,
                        const int nodes, const int support_stride, const int cavity_nodes, const int odd) {
   const int a = get_global_id(0);
@@ -161,7 +160,7 @@ kernel void solid_move(global const wide *restrict state, global const ushort *r
   const real dt = S[STEP + odd];
   real3 velocity = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
 #if CAVITIES > 0
-  const int j = cavity_of[a];
+  const int j = cavity_block[a / SOLID_BLOCK] != 0 ? cavity_of[a] : -1;
   if (j >= 0) {
     real3 f = (real3)(0);
     for (int q = 0; q < CAVITIES; ++q) {

@@ -189,7 +189,7 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float));
     stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
     model_of_ = device.allocate(models_.all().size() > 1 ? n : 0);
-    stretch_rate_ = device.allocate(scene_.stretch_activated ? n * real : 0);
+    if (scene_.stretch_activated) stretch_rate_ = device.allocate(n * real);
     fields_allocated_ = -1;
   }
   if (scene_.stretch_activated)
@@ -317,8 +317,9 @@ void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double
     launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
               bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,
               tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived, derived_fields_,
-              model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters, stretch_rate_,
-              tissue.stride, Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+              model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters,
+              scene_.stretch_activated ? stretch_rate_ : derived_fields_, tissue.stride, Real{dt_diffusion},
+              Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
   };
   if (constants_by_value_)
     step(constants_);

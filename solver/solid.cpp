@@ -22,6 +22,7 @@ namespace {
 
 constexpr int samples_along_edge = 6, member_group = 256;
 constexpr double courant = 0.95;
+constexpr int mode_iterations = 150;  // of the fastest mode, from a start without order
 
 std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int count, int stride) {
   std::vector<cl_ushort> result(static_cast<std::size_t>(count), 0);
@@ -41,7 +42,8 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
       capacity_(members),
       voids_(static_cast<int>(solid_voids(scene).size())),
       samples_(scene.circulation ? 0 : pv_times_ms(scene).size()),
-      wide_(launcher.device().has_double()) {
+      wide_(launcher.device().has_double()),
+      viscous_(viscous) {
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
@@ -79,11 +81,14 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
     parts.emplace_back(file);
+  if (!viscous) parts.emplace_back("solid_waves.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
              "MASS_FLOOR=R(" + std::to_string(SolidMesh::mass_floor) + ")",
-             "MEMBER_GROUP=" + std::to_string(member_group), std::string("BEATS=") + (beats ? "1" : "0")};
+             "MOST_SLOTS=" + std::to_string(8 * SolidMesh::block),
+             "MEMBER_GROUP=" + std::to_string(member_group),
+             std::string("BEATS=") + (beats ? "1" : "0")};
   if (viscous) options.emplace_back("VISCOUS");
   options.insert(options.end(), more.begin(), more.end());
   program_ = stepping.build(device, parts, options);
@@ -95,6 +100,12 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   move_ = launcher.handle(program_, "solid_move");
   measure_ = launcher.handle(program_, "solid_measure");
   if (windows) release_ = launcher.handle(program_, "solid_release");
+  bound_ = launcher.handle(program_, "solid_bound");
+  if (viscous) return;  // its step is bounded cell by cell
+  wave_start_ = launcher.handle(program_, "solid_wave_start");
+  wave_cells_ = launcher.handle(program_, "solid_wave_cells");
+  wave_nodes_ = launcher.handle(program_, "solid_wave_nodes");
+  wave_member_ = launcher.handle(program_, "solid_wave_member");
 }
 
 cl::Buffer Solid::reals(const std::vector<double>& host) {
@@ -128,6 +139,8 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   mesh_ = build_solid_mesh(scene_, grid_, parts, members_);
   upload(parameters, members);
   build_supports(members);
+  // Halts that find rest need the fastest modes resolved in time.
+  if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
 }
 
 void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members) {
@@ -144,7 +157,13 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   cell_nodes_ = upload_new(launcher_, mesh_.cell_nodes);
   share_ = reals(mesh_.share);
   region_ = upload_new(launcher_, mesh_.region);
+  tile_slots_ = upload_new(launcher_, mesh_.tile_slots);
+  slot_node_ = upload_new(launcher_, mesh_.slot_node);
+  cell_slots_ = upload_new(launcher_, mesh_.cell_slots);
   corners_ = upload_new(launcher_, mesh_.corners);
+  first_slot_ = upload_new(launcher_, mesh_.first_slot);
+  node_slots_ = upload_new(launcher_, mesh_.node_slots);
+  cavity_block_ = upload_new(launcher_, mesh_.cavity_block);
   item_cell_ = upload_new(launcher_, mesh_.item_cell);
   item_cavity_ = upload_new(launcher_, mesh_.item_cavity);
   item_share_ = reals(mesh_.item_share);
@@ -172,7 +191,8 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   inverse_mass_ = reals(inverse);
   u_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
   v_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
-  force_ = reals(std::vector<double>(24 * n(mesh_.cells), 0));
+  force_ = reals(std::vector<double>(3 * mesh_.slot_node.size(), 0));
+  pulls_ = reals(std::vector<double>(n(mesh_.cells / SolidMesh::block), 0));
   gradient_ = reals(std::vector<double>(24 * n(mesh_.items), 0));
   volume_ = reals(std::vector<double>(n(mesh_.items), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
@@ -183,13 +203,16 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   tension_ = reals(tension);
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
   node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
-  measures_ = reals(std::vector<double>(3 * n(mesh_.cells / SolidMesh::block), 0));
+  measures_ = reals(std::vector<double>(2 * n(mesh_.cells / SolidMesh::block), 0));
+  cell_bounds_ = reals(std::vector<double>(n(mesh_.cells), 0));
+  speeds_ = reals(std::vector<double>(n(mesh_.nodes / SolidMesh::block), 0));
   std::vector<double> state(members.size() * state_size, 0), inflation, mass_damping, pressures;
   for (std::size_t m = 0; m < members.size(); ++m) {
     const auto value = [&](const std::string& path) {
       return members[m].values[n(scene_.parameters.index("mechanics." + path))];
     };
     mass_damping.push_back(value("damping_per_ms"));
+    state[m * state_size + Slot::pressure_share] = 1;
     state[m * state_size + Slot::beat_time] = scene_.circulation ? -1 : 0;
     constexpr double endless = 1e9;  // ms: without a circulation nothing comes again
     state[m * state_size + Slot::beat_length] = endless;
@@ -244,13 +267,20 @@ void Solid::forces(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
   const std::size_t items = scene_.mechanics->cavities.empty() ? 0 : static_cast<std::size_t>(mesh_.items);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  launcher_(forces_, cl::NDRange(cells + items), cl::NDRange(SolidMesh::block),
-            static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)) +
-                static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
-            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, activation_,
-            tension_, u_, v_, force_, member_of_item_, item_cell_, item_cavity_, item_share_, item_faces_,
-            position_, lid_, gradient_, volume_, mesh_.cells, mesh_.nodes, mesh_.items, Real{grid_.dx_mm},
-            odd_, drive_, drive_column_, drive_clock_);
+  const bool gpu = launcher_.device().info().gpu;
+  const auto slots = static_cast<std::size_t>(mesh_.slot_node.size());
+  const std::size_t size = gpu ? cells + items : (cells + items) / SolidMesh::block;
+  launcher_(
+      forces_, cl::NDRange(size), cl::NDRange(gpu ? SolidMesh::block : 1),
+      static_cast<double>(cells) * (17 + real * (4 + 12 + 1 + tension_states_ + 4)) +
+          static_cast<double>(slots) * (4 + real * 6) +
+          static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
+      parameters, state_, member_of_cell_, cell_nodes_, tile_slots_, slot_node_, cell_slots_, share_, region_,
+      direction_, activation_, tension_, u_, v_, force_, pulls_, member_of_item_, item_cell_, item_cavity_,
+      item_share_, item_faces_, position_, lid_, gradient_, volume_,
+      cl::Local(gpu ? real_bytes(scene_.precision) * static_cast<std::size_t>(mesh_.most_slots) * 6 : 8),
+      mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots), mesh_.most_slots, Real{grid_.dx_mm},
+      odd_, drive_, drive_column_, drive_clock_);
 }
 
 void Solid::predict() {
@@ -258,18 +288,21 @@ void Solid::predict() {
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(predict_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
-            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (40 + real * (24 + 1 + 9)),
-            state_, member_of_node_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
-            cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_, node_sums_, mesh_.cells,
-            mesh_.nodes, supports_, mesh_.items, mesh_.cavity_nodes, odd_);
+            cl::NDRange(gpu ? SolidMesh::block : 1),
+            static_cast<double>(nodes) * (8 + real * (1 + 6)) +
+                static_cast<double>(mesh_.slot_node.size()) * (4 + real * 3),
+            state_, member_of_node_, first_slot_, node_slots_, inverse_mass_, support_of_, support_,
+            cavity_block_, cavity_of_, cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_,
+            node_sums_, static_cast<int>(mesh_.slot_node.size()), mesh_.nodes, supports_, mesh_.items,
+            mesh_.cavity_nodes, odd_);
 }
 
 void Solid::load(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters_, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
-            pressures_, loads_, state_, series_, static_cast<int>(samples_),
+            0.0, parameters_, node_sums_, speeds_, measures_, volume_, pulls_, node_blocks_, cell_blocks_,
+            item_blocks_, pressures_, loads_, state_, series_, static_cast<int>(samples_),
             Real{samples_ > 0 ? 1000 / scene_.parameters.value("outputs.pv.rate_hz") : 0},
             mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
             Real{grid_.dx_mm}, Real{courant}, odd_);
@@ -280,29 +313,58 @@ void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulat
   const bool gpu = launcher_.device().info().gpu;
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
-            0.0, parameters, node_sums_, measures_, volume_, node_blocks_, cell_blocks_, item_blocks_,
-            inflation_, damping_, state_, circulation.states(), circulation.statuses(), circulation.clock(),
-            circulation.pressure_buffer(), circulation.volume_buffer(), circulation.at_most(), samples,
-            mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block, measured ? 1 : 0,
-            Real{grid_.dx_mm}, Real{courant}, odd_);
+            0.0, parameters, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
+            item_blocks_, inflation_, damping_, state_, circulation.states(), circulation.statuses(),
+            circulation.clock(), circulation.pressure_buffer(), circulation.volume_buffer(),
+            circulation.at_most(), samples, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block,
+            measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(move_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), static_cast<double>(nodes) * real * 10,
-            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_of_, cavity_gradient_, u_,
-            v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
+            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_block_, cavity_of_,
+            cavity_gradient_, u_, v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
   odd_ = 1 - odd_;
+}
+
+void Solid::find_fastest_mode(const cl::Buffer& parameters) {
+  const bool gpu = launcher_.device().info().gpu;
+  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
+             members = static_cast<std::size_t>(members_);
+  const double real = static_cast<double>(real_bytes(scene_.precision));
+  const cl::Buffer wave = reals(std::vector<double>(6 * nodes, 0));
+  const cl::Buffer sums = reals(std::vector<double>(3 * nodes / SolidMesh::block, 0));
+  const cl::Buffer force = reals(std::vector<double>(24 * cells, 0));
+  launcher_(wave_start_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), 0.0, member_of_node_,
+            node_blocks_, state_, wave, mesh_.nodes);
+  for (int k = 0; k < mode_iterations; ++k) {
+    launcher_(wave_cells_, cl::NDRange(cells), cl::NDRange(SolidMesh::block),
+              static_cast<double>(cells) * (33 + real * (4 + 12 + 24 + 3)), parameters, state_,
+              member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, wave, force,
+              mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
+    launcher_(wave_nodes_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+              cl::NDRange(gpu ? SolidMesh::block : 1),
+              static_cast<double>(nodes) * (40 + real * (24 + 1 + 6)), state_, member_of_node_, corners_,
+              inverse_mass_, support_of_, support_, force, wave, sums, mesh_.cells, mesh_.nodes, supports_);
+    launcher_(wave_member_, cl::NDRange(gpu ? members * member_group : members),
+              cl::NDRange(gpu ? member_group : 1), 0.0, parameters, sums, node_blocks_, state_,
+              mesh_.nodes / SolidMesh::block, Real{grid_.dx_mm});
+  }
 }
 
 void Solid::measure(const cl::Buffer& parameters) {
   const bool gpu = launcher_.device().info().gpu;
-  const auto cells = static_cast<std::size_t>(mesh_.cells);
+  const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes);
+  const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(measure_, cl::NDRange(gpu ? cells : cells / SolidMesh::block),
-            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * 100, parameters, state_,
-            member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_, measures_, mesh_.cells,
-            mesh_.nodes, Real{grid_.dx_mm});
+            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(cells) * (33 + real * 20),
+            parameters, state_, member_of_cell_, cell_nodes_, share_, region_, direction_, tension_, u_,
+            cell_bounds_, measures_, mesh_.cells, mesh_.nodes, Real{grid_.dx_mm});
+  launcher_(bound_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
+            cl::NDRange(gpu ? SolidMesh::block : 1), static_cast<double>(nodes) * (32 + real * 9), state_,
+            member_of_node_, corners_, inverse_mass_, cell_bounds_, speeds_, mesh_.nodes);
 }
 
 std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
@@ -336,7 +398,7 @@ void Solid::set_state(const std::vector<double>& state) {
 
 double Solid::first_step_ms(const cl::Buffer& parameters) {
   measure(parameters);
-  const std::vector<double> found = read(measures_, static_cast<std::size_t>(mesh_.cells / SolidMesh::block));
+  const std::vector<double> found = read(speeds_, static_cast<std::size_t>(mesh_.nodes / SolidMesh::block));
   return courant * grid_.dx_mm / std::sqrt(*std::max_element(found.begin(), found.end()));
 }
 

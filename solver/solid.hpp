@@ -112,6 +112,9 @@ class Solid {
     residual,
     smallest_J,
     largest_speed2,
+    wave_rate2,
+    wave_size,
+    pressure_share,
     strain_energy,
     first_step,
     ended,
@@ -129,6 +132,7 @@ class Solid {
 
  private:
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
+  void find_fastest_mode(const cl::Buffer& parameters);
   void build_supports(std::span<const Member> members);
   cl::Buffer reals(const std::vector<double>& host);
   std::vector<double> read(const cl::Buffer& field, std::size_t count);
@@ -138,7 +142,7 @@ class Solid {
   Grid grid_;
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
   std::size_t samples_;  ///< of cavities under prescribed pressures
-  bool wide_, sheets_ = false;
+  bool wide_, viscous_, sheets_ = false;
   SolidMesh mesh_;
   int supports_ = 0;
   std::vector<int> free_motions_;
@@ -147,11 +151,13 @@ class Solid {
   Real4 loads_{};  ///< kernels/solid_load.cl
   cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_,
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
-      position_, lid_, gradient_, volume_, corners_, inverse_mass_, support_of_, support_, cavity_of_,
-      cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_,
-      pressures_, inflation_, damping_, drive_, drive_column_;
+      position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
+      node_slots_, cavity_block_, pulls_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
+      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_,
+      inflation_, damping_, cell_bounds_, speeds_, drive_, drive_column_;
   Real4 drive_clock_{};
-  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, release_;
+  Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
+      wave_start_, wave_cells_, wave_nodes_, wave_member_, release_;
 };
 
 }  // namespace cohort

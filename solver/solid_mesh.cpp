@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "solver/solid_voids.hpp"
 
@@ -37,6 +38,7 @@ class MemberMesh {
 
   void append(SolidMesh& mesh) {
     find_tissue();
+    find_items();
     number(mesh);
     for (std::size_t q = 0; q < cavity_void_.size(); ++q) append_cavity(mesh, q);
     for (std::size_t b = 0; b < surface_void_.size(); ++b) append_surface(mesh, b);
@@ -113,27 +115,77 @@ class MemberMesh {
     if (sizes.empty()) defect_ = "mechanics: there is no tissue to deform";
   }
 
+  /// Cells that touch a cavity, by their own blood or by a face behind which blood lies.
+  void find_items() {
+    for (const int k : cavity_void_) {
+      item_list_.emplace_back();
+      for (std::size_t cell = 0; cell < cells_; ++cell) {
+        if (local_[cell] < 0) continue;
+        Item item{cell, {}};
+        bool any = void_share(cell, k) > 0;
+        neighbours(cell, [&](int face, std::size_t next) {
+          if (local_[next] >= 0) return;
+          const double weight = void_weight(next, k);
+          item.faces[static_cast<std::size_t>(face)] = weight;
+          any = any || weight > 0;
+        });
+        if (any) item_list_.back().push_back(item);
+      }
+    }
+  }
+
+  std::size_t vertex_of(std::size_t cell, int corner) const {
+    const Index3 c = index(cell);
+    const auto vx = static_cast<std::size_t>(n_[0] + 1), vy = static_cast<std::size_t>(n_[1] + 1);
+    return static_cast<std::size_t>(c[0] + (corner & 1)) +
+           vx * (static_cast<std::size_t>(c[1] + (corner >> 1 & 1)) +
+                 vy * static_cast<std::size_t>(c[2] + (corner >> 2)));
+  }
+
+  /// Orders cells so that each block of them is compact: halves of whole blocks across the longest side,
+  /// again and again; within a block along the grid.
+  void sort_to_tiles(std::vector<std::size_t>::iterator first,
+                     std::vector<std::size_t>::iterator last) const {
+    const auto blocks = (last - first + SolidMesh::block - 1) / SolidMesh::block;
+    if (blocks <= 1) {
+      std::sort(first, last);
+      return;
+    }
+    Index3 low = index(*first), high = low;
+    for (auto it = first; it != last; ++it) {
+      const Index3 c = index(*it);
+      for (std::size_t a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], c[a]);
+        high[a] = std::max(high[a], c[a]);
+      }
+    }
+    std::size_t axis = 0;
+    for (std::size_t a = 1; a < 3; ++a)
+      if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
+    const auto middle = first + blocks / 2 * SolidMesh::block;
+    std::nth_element(first, middle, last, [&](std::size_t a, std::size_t b) {
+      const int x = index(a)[axis], y = index(b)[axis];
+      return x != y ? x < y : a < b;
+    });
+    sort_to_tiles(first, middle);
+    sort_to_tiles(middle, last);
+  }
+
   void number(SolidMesh& mesh) {
-    const int first_cell = mesh.cells;
-    const auto vx = static_cast<std::size_t>(n_[0] + 1), vy = static_cast<std::size_t>(n_[1] + 1),
-               vz = static_cast<std::size_t>(n_[2] + 1);
-    node_.assign(vx * vy * vz, -1);
-    const auto vertex_of = [&](const Index3& c, int corner) {
-      return static_cast<std::size_t>(c[0] + (corner & 1)) +
-             vx * (static_cast<std::size_t>(c[1] + (corner >> 1 & 1)) +
-                   vy * static_cast<std::size_t>(c[2] + (corner >> 2)));
-    };
-    int count = 0;
-    for (std::size_t cell = 0; cell < cells_; ++cell) {
-      if (local_[cell] < 0) continue;
-      local_[cell] = first_cell + count++;
+    std::vector<std::size_t> order;
+    for (std::size_t cell = 0; cell < cells_; ++cell)
+      if (local_[cell] >= 0) order.push_back(cell);
+    sort_to_tiles(order.begin(), order.end());
+    first_cell_ = mesh.cells;
+    count_ = static_cast<int>(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const std::size_t cell = order[k];
+      local_[cell] = first_cell_ + static_cast<int>(k);
       mesh.grid_cell.push_back(static_cast<int>(first_ + cell));
       mesh.region.push_back(parts_.region[first_ + cell]);
       for (int g = 0; g < 4; ++g) shares_.push_back(quarter(cell, -1, g));
-      const Index3 c = index(cell);
-      for (int corner = 0; corner < 8; ++corner) node_[vertex_of(c, corner)] = 0;
     }
-    mesh.tissue_cells.push_back(count);
+    mesh.tissue_cells.push_back(count_);
     while (mesh.grid_cell.size() % SolidMesh::block != 0) {
       mesh.grid_cell.push_back(-1);
       mesh.region.push_back(255);
@@ -142,22 +194,30 @@ class MemberMesh {
     mesh.cells = static_cast<int>(mesh.grid_cell.size());
     mesh.cell_blocks.push_back(mesh.cells / SolidMesh::block);
 
-    const std::size_t first_vertex = static_cast<std::size_t>(member_) * node_.size();
-    for (std::size_t v = 0; v < node_.size(); ++v) {
-      if (node_[v] < 0) continue;
-      node_[v] = static_cast<int>(mesh.vertex.size());
-      mesh.vertex.push_back(static_cast<int>(first_vertex + v));
-    }
+    constexpr int none = -1, wanted = -2, of_cavity = -3;
+    const std::size_t vertices = static_cast<std::size_t>(n_[0] + 1) * static_cast<std::size_t>(n_[1] + 1) *
+                                 static_cast<std::size_t>(n_[2] + 1);
+    node_.assign(vertices, none);
+    for (const std::size_t cell : order)
+      for (int corner = 0; corner < 8; ++corner) node_[vertex_of(cell, corner)] = wanted;
+    for (const std::vector<Item>& items : item_list_)
+      for (const Item& item : items)
+        for (int corner = 0; corner < 8; ++corner) node_[vertex_of(item.cell, corner)] = of_cavity;
+    const std::size_t first_vertex = static_cast<std::size_t>(member_) * vertices;
+    for (const int kind : {of_cavity, wanted})
+      for (const std::size_t cell : order)
+        for (int corner = 0; corner < 8; ++corner) {
+          const std::size_t v = vertex_of(cell, corner);
+          if (node_[v] != kind) continue;
+          node_[v] = static_cast<int>(mesh.vertex.size());
+          mesh.vertex.push_back(static_cast<int>(first_vertex + v));
+        }
     while (mesh.vertex.size() % SolidMesh::block != 0) mesh.vertex.push_back(-1);
     mesh.nodes = static_cast<int>(mesh.vertex.size());
     mesh.node_blocks.push_back(mesh.nodes / SolidMesh::block);
-    for (int i = first_cell; i < first_cell + count; ++i) {
-      const Index3 c = index(static_cast<std::size_t>(mesh.grid_cell[static_cast<std::size_t>(i)]) - first_);
-      for (int corner = 0; corner < 8; ++corner) nodes_.push_back(node_[vertex_of(c, corner)]);
-    }
-    first_cell_ = first_cell;
-    count_ = count;
-    mesh_nodes_.insert(mesh_nodes_.end(), nodes_.begin(), nodes_.end());
+    for (const std::size_t cell : order)
+      for (int corner = 0; corner < 8; ++corner) nodes_.push_back(node_[vertex_of(cell, corner)]);
+    mesh_nodes_ = nodes_;
   }
 
   int node(int cell, int corner) const {
@@ -171,21 +231,11 @@ class MemberMesh {
     mesh.lid.insert(mesh.lid.end(), lid.begin(), lid.end());
     for (int axis = 0; axis < 3; ++axis)
       mesh.lid.push_back(across < 0 ? 1.0 / 3 : axis == across ? 0.0 : 1.0 / 2);
-    for (std::size_t cell = 0; cell < cells_; ++cell) {
-      if (local_[cell] < 0) continue;
-      std::array<double, 6> faces{};
-      const double chi = void_share(cell, k);
-      bool any = chi > 0;
-      neighbours(cell, [&](int face, std::size_t next) {
-        if (local_[next] >= 0) return;
-        faces[static_cast<std::size_t>(face)] = void_weight(next, k);
-        any = any || faces[static_cast<std::size_t>(face)] > 0;
-      });
-      if (!any) continue;
-      mesh.item_cell.push_back(local_[cell]);
+    for (const Item& item : item_list_[q]) {
+      mesh.item_cell.push_back(local_[item.cell]);
       mesh.item_cavity.push_back(static_cast<std::uint8_t>(q));
-      for (int g = 0; g < 4; ++g) item_shares_.push_back(quarter(cell, k, g));
-      item_faces_.insert(item_faces_.end(), faces.begin(), faces.end());
+      for (int g = 0; g < 4; ++g) item_shares_.push_back(quarter(item.cell, k, g));
+      item_faces_.insert(item_faces_.end(), item.faces.begin(), item.faces.end());
     }
     while (mesh.item_cell.size() % SolidMesh::block != 0) {
       mesh.item_cell.push_back(-1);
@@ -285,6 +335,11 @@ class MemberMesh {
   std::vector<int> local_;  // mesh cell of a grid cell, or -1
   std::vector<int> node_;   // mesh node of a vertex, or -1
   std::vector<int> nodes_;
+  struct Item {
+    std::size_t cell;
+    std::array<double, 6> faces;
+  };
+  std::vector<std::vector<Item>> item_list_;  // by cavity
   std::string defect_;
 };
 
@@ -292,6 +347,48 @@ template <typename T>
 T& at(std::vector<T>& field, int component, int stride, int i) {
   return field[static_cast<std::size_t>(component) * static_cast<std::size_t>(stride) +
                static_cast<std::size_t>(i)];
+}
+
+/// Slots of the tiles, from the nodes of cells.
+void number_slots(SolidMesh& mesh) {
+  const int tiles = mesh.cells / SolidMesh::block;
+  mesh.cell_slots.assign(8 * static_cast<std::size_t>(mesh.cells), 0);
+  mesh.tile_slots.assign(1, 0);
+  std::vector<int> place(static_cast<std::size_t>(mesh.nodes), 0), tile_of(place.size(), -1);
+  std::vector<int> count(place.size() + 1, 0);
+  for (int tile = 0; tile < tiles; ++tile) {
+    const int first = mesh.tile_slots.back();
+    std::vector<int> own;
+    for (int i = tile * SolidMesh::block; i < (tile + 1) * SolidMesh::block; ++i) {
+      if (mesh.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
+      for (int corner = 0; corner < 8; ++corner) {
+        const int node = at(mesh.cell_nodes, corner, mesh.cells, i);
+        const auto a = static_cast<std::size_t>(node);
+        if (tile_of[a] != tile) {
+          tile_of[a] = tile;
+          own.push_back(node);
+        }
+      }
+    }
+    std::sort(own.begin(), own.end());
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      place[static_cast<std::size_t>(own[k])] = static_cast<int>(k);
+      ++count[static_cast<std::size_t>(own[k]) + 1];
+    }
+    for (int i = tile * SolidMesh::block; i < (tile + 1) * SolidMesh::block; ++i)
+      for (int corner = 0; mesh.grid_cell[static_cast<std::size_t>(i)] >= 0 && corner < 8; ++corner)
+        at(mesh.cell_slots, corner, mesh.cells, i) = static_cast<std::uint16_t>(
+            place[static_cast<std::size_t>(at(mesh.cell_nodes, corner, mesh.cells, i))]);
+    mesh.slot_node.insert(mesh.slot_node.end(), own.begin(), own.end());
+    mesh.tile_slots.push_back(first + static_cast<int>(own.size()));
+    mesh.most_slots = std::max(mesh.most_slots, static_cast<int>(own.size()));
+  }
+  std::partial_sum(count.begin(), count.end(), count.begin());
+  mesh.first_slot = count;
+  mesh.node_slots.resize(mesh.slot_node.size());
+  for (std::size_t slot = 0; slot < mesh.slot_node.size(); ++slot)
+    mesh.node_slots[static_cast<std::size_t>(count[static_cast<std::size_t>(mesh.slot_node[slot])]++)] =
+        static_cast<int>(slot);
 }
 
 }  // namespace
@@ -349,6 +446,7 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
                                                std::max(at(mesh.share, 2, mesh.cells, cell), floor) +
                                                std::max(at(mesh.share, 3, mesh.cells, cell), floor));
     }
+  number_slots(mesh);
   mesh.inverse_mass.resize(nodes);
   mesh.position.assign(3 * nodes, 0);
   for (std::size_t a = 0; a < nodes; ++a) {
@@ -366,12 +464,15 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
   mesh.cavity_of.assign(nodes, -1);
   for (std::size_t j = 0; j < items; ++j) {
     if (mesh.item_cell[j] < 0) continue;
-    for (int corner = 0; corner < 8; ++corner) {
-      int& place = mesh.cavity_of[static_cast<std::size_t>(
-          at(mesh.cell_nodes, corner, mesh.cells, mesh.item_cell[j]))];
-      if (place < 0) place = mesh.cavity_nodes++;
-    }
+    for (int corner = 0; corner < 8; ++corner)
+      mesh.cavity_of[static_cast<std::size_t>(at(mesh.cell_nodes, corner, mesh.cells, mesh.item_cell[j]))] =
+          0;
   }
+  for (int& place : mesh.cavity_of)
+    if (place == 0) place = mesh.cavity_nodes++;
+  mesh.cavity_block.assign(nodes / SolidMesh::block, 0);
+  for (std::size_t a = 0; a < nodes; ++a)
+    if (mesh.cavity_of[a] >= 0) mesh.cavity_block[a / SolidMesh::block] = 1;
   mesh.cavity_corners.assign(cavities * 8 * static_cast<std::size_t>(mesh.cavity_nodes), -1);
   for (std::size_t j = 0; j < items; ++j) {
     if (mesh.item_cell[j] < 0) continue;

@@ -11,19 +11,25 @@
 namespace cohort {
 
 /// Cells, nodes, cavities' faces and supports of the deforming tissue of a batch, in the order of
-/// kernels/solid.clh: member after member, each padded to whole blocks, block 0 void.
+/// kernels/solid.clh: member after member, each padded to whole blocks, block 0 void. A block of cells is a
+/// tile: cells near each other, which add their forces up at the nodes they share before they are stored, one
+/// slot a node. Nodes follow their first tile, those of cavities before the others.
 struct SolidMesh {
-  static constexpr int block = 64;
+  static constexpr int block = 128;
   static constexpr double mass_floor =
       0.25;  ///< least share of a cell that counts as mass and passive stress
 
   // Cells. cells: their number with padding, the stride of fields.
   int cells = 0;
-  std::vector<int> cell_blocks;      ///< (members + 1) first block of each member
-  std::vector<int> grid_cell;        ///< (cells) in the grid, counted over members; -1 in padding
-  std::vector<std::uint8_t> region;  ///< (cells)
-  std::vector<double> share;         ///< (4, cells) of each point's quarter in tissue
-  std::vector<int> cell_nodes;       ///< (8, cells)
+  std::vector<int> cell_blocks;           ///< (members + 1) first block of each member
+  std::vector<int> grid_cell;             ///< (cells) in the grid, counted over members; -1 in padding
+  std::vector<std::uint8_t> region;       ///< (cells)
+  std::vector<double> share;              ///< (4, cells) of each point's quarter in tissue
+  std::vector<int> cell_nodes;            ///< (8, cells)
+  std::vector<std::uint16_t> cell_slots;  ///< (8, cells) place of a corner among its tile's slots
+  std::vector<int> tile_slots;            ///< (tiles + 1) first slot of each
+  std::vector<int> slot_node;
+  int most_slots = 0;  ///< of a tile
   // Nodes.
   int nodes = 0;
   std::vector<int> node_blocks;      ///< (members + 1)
@@ -31,6 +37,9 @@ struct SolidMesh {
   std::vector<double> position;      ///< (3, nodes) mm
   std::vector<double> inverse_mass;  ///< (nodes) 1/mg per unit of density; 0 in padding
   std::vector<int> corners;          ///< (8, nodes) cell of which the node is corner c; a void one where none
+  std::vector<int> first_slot;       ///< (nodes + 1) of the node, among node_slots
+  std::vector<int> node_slots;       ///< the slots of each node
+  std::vector<std::uint8_t> cavity_block;  ///< (blocks of nodes) 1 where a node is a cavity's
   // Cavities' items: a cell and a cavity it touches.
   int items = 0;
   std::vector<int> item_blocks;  ///< (members * cavities + 1)
