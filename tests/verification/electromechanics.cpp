@@ -151,6 +151,50 @@ TEST(Electromechanics, TensionFollowsTheCellsPotential) {
   }
 }
 
+// Windows lose no time: under a constant potential the tension is its closed form, to rounding, however the
+// steps of a window were shared.
+TEST(Electromechanics, WindowsLoseNoTime) {
+  Scene structure = box("nash_panfilov", Precision::double_, {{"left", Stimulus::Kind::box, {}}});
+  Held held(std::move(structure), {{"mechanics.nash_panfilov.length_slope", 0}, {"time.end_ms", 100}}, 1);
+  Solid& solid = *held.solid;
+  const auto cells = static_cast<std::size_t>(solid.mesh().cells);
+  const std::vector<double> excited(2 * cells, 20);  // mV: normalised 1
+  const cl::Buffer drive = device().allocate(excited.size() * sizeof(double));
+  held.slab.write(drive, excited);
+  solid.drive(drive, drive, {0, 1, 0, 0});
+  std::size_t cell = 0;
+  while (solid.mesh().grid_cell[cell] < 0) ++cell;
+  int steps = 0;
+  const auto step = [&](bool measured) {
+    if (measured) solid.measure(held.slab.parameters);
+    solid.forces(held.slab.parameters);
+    solid.predict();
+    solid.load(measured);
+    solid.move();
+    ++steps;
+  };
+  const auto waits = [&] { return solid.state()[Solid::waits] != 0; };
+  step(true);
+  ASSERT_TRUE(waits());  // at 0
+  for (const double window_end : {0.7, 1.7, 2.0, 3.5, 10.0, 11.0, 20.0}) {
+    solid.release(window_end);
+    for (int n = 0; n < 3 || !waits(); ++n) step(n % 16 == 0);
+    for (int more = 0; more < 3; ++more) step(false);  // of others in the batch
+    EXPECT_NEAR(solid.state()[Solid::beat_time], window_end, 1e-9);
+    solid.release(window_end + 1e-3);
+    solid.forces(held.slab.parameters);                 // of the last step
+    const double load = std::min(window_end / 5, 1.0);  // mechanics.load.ramp_ms
+    EXPECT_NEAR(solid.tensions()[cell], load * 47.9 * (1 - std::exp(-window_end / 10)), 1e-9) << window_end;
+    solid.set_state([&] {  // back to the window's end
+      std::vector<double> state = solid.state();
+      state[Solid::held_behind] = 0;  // that step is taken
+      state[Solid::waits] = 1;
+      return state;
+    }());
+  }
+  EXPECT_GT(steps, 100);
+}
+
 // A slab that is held at a stretch: each cell is the single cell with the current of open channels.
 TEST(Electromechanics, StretchOpensChannels) {
   constexpr double g = 0.003, reversal = -15, reference = 1.2, dt = 0.01;
