@@ -165,8 +165,8 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording* const>
   const std::vector<double> state = solid_ ? solid_->state() : std::vector<double>();
   for (std::size_t k = 0; k < beating.size(); ++k) {
     Recording& recording = *recordings[beating[k]];
-    if (recording.outcome != Outcome::done) continue;  // its cells went wrong
-    recording.device_s += share_s;
+    if (recording.outcome != Outcome::done) continue;                     // its cells went wrong
+    recording.device_s = (coupling_ ? 0 : recording.device_s) + share_s;  // a march of both is in the share
     const std::span<const double> tissue =
         solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size)
                : std::span<const double>();
