@@ -54,7 +54,7 @@ bool Heartbeat::beat_with_cells(std::span<const Member> all, std::span<Recording
 // a member's steps do not depend on how many more the others need. window_ms: its length, 0 where it is not
 // known.
 bool Heartbeat::step_until_all_wait(double window_ms, Clock::time_point start, double timeout_s) {
-  constexpr int longest = 64, more = 4;  // steps between two looks at the members
+  constexpr int longest = 64, more = 1;  // steps between two looks at the members
   int next_look = longest;
   if (window_ms > 0) {
     const std::vector<double> state = solid_->state();

@@ -77,11 +77,11 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   parts.emplace_back("solid.clh");
   parts.emplace_back("tension_drive.clh");
   const bool windows = std::find(more.begin(), more.end(), "WINDOWS=1") != more.end();
-  if (windows) parts.emplace_back("solid_windows.cl");
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_nodes.cl", "solid_cells.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
+  if (windows) parts.emplace_back("solid_windows.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
