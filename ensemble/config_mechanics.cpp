@@ -5,6 +5,7 @@
 #include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
 #include "ensemble/suggest.hpp"
+#include "solver/labels.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/mechanics_structure.hpp"
 
@@ -28,7 +29,9 @@ bool holds(const std::vector<Mechanics::Cavity>& cavities, const std::string& na
 void read_circulation(Node& scene_node, Scene& scene, Mistakes& mistakes) {
   Node* node = take(scene_node, "circulation");
   if (!node) {
-    if (scene.geometry == GeometryKind::heart) scene.circulation.emplace();
+    if (scene.geometry == GeometryKind::heart ||
+        (scene.geometry == GeometryKind::labels && scene_node.find("mechanics")))
+      scene.circulation.emplace();
     return;
   }
   if (node->kind == Node::Kind::scalar && node->text == "none") {
@@ -59,7 +62,15 @@ void check_chamber(const std::string& name, const Place& place, const Scene& sce
                  fmt::format("mechanics.cavities: the windkessel has the chamber lv alone, not {}", name));
 }
 
-/// The heart: a list of its chambers.
+/// Whether a label map has blood of the chamber; other hearts have all.
+bool has_blood(const Scene& scene, const std::string& chamber) {
+  if (!scene.labels) return true;
+  const auto it = std::find(chambers.begin(), chambers.end(), chamber);
+  return it != chambers.end() &&
+         scene.labels->has_blood(static_cast<Part>(lv_blood_part + (it - chambers.begin())));
+}
+
+/// The heart, or a label map of one: a list of its chambers.
 void read_chambers(Node& node, const Scene& scene, Mechanics& mechanics, Mistakes& mistakes) {
   if (node.kind == Node::Kind::map) {
     node.read = true;
@@ -78,7 +89,10 @@ void read_chambers(Node& node, const Scene& scene, Mechanics& mechanics, Mistake
       mistakes.add(node.place, fmt::format("mechanics.cavities names \"{}\" twice", name));
       continue;
     }
+    const size_t before = mistakes.size();
     check_chamber(name, node.place, scene, mistakes);
+    if (mistakes.size() == before && !has_blood(scene, name))
+      mistakes.add(node.place, fmt::format("mechanics.cavities: the label map has no blood of {}", name));
     mechanics.cavities.push_back({name, {}});
   }
 }
@@ -193,21 +207,28 @@ void refuse_other_materials(Node& node, const Mechanics& mechanics, Mistakes& mi
   refuse(tensions(), mechanics.tension, "tension");
 }
 
-/// Mechanics of the heart are there unless told otherwise, those of shapes where they are asked for.
+/// Mechanics of the heart are there unless told otherwise, those of shapes and label maps where they are
+/// asked for.
 void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
-  const bool heart = scene.geometry == GeometryKind::heart;
+  const bool heart = scene.geometry == GeometryKind::heart || scene.geometry == GeometryKind::labels;
   Node* node = take(scene_node, "mechanics");
-  if (node && (scene.geometry == GeometryKind::labels || scene.geometry == GeometryKind::box)) {
-    mistakes.add(node->place, scene.geometry == GeometryKind::box
-                                  ? "mechanics: a box has no named surfaces; make it one of geometry.shapes"
-                                  : "mechanics of label maps are known but not built yet");
+  if (node && scene.geometry == GeometryKind::box) {
+    mistakes.add(node->place, "mechanics: a box has no named surfaces; make it one of geometry.shapes");
     node->read = true;
     return;
   }
   if (node && !expect_map(*node, node->name, mistakes)) return;
-  if (!node && !heart) return;
+  if (!node && scene.geometry != GeometryKind::heart) return;
+  if (scene.geometry == GeometryKind::labels && !scene.labels) {
+    node->read = true;  // its chambers depend on what is wrong
+    return;
+  }
   Mechanics& mechanics = scene.mechanics.emplace();
-  if (heart) mechanics = default_heart_mechanics(windkessel(scene));
+  if (heart) {
+    mechanics = default_heart_mechanics(windkessel(scene));
+    std::erase_if(mechanics.cavities,
+                  [&](const Mechanics::Cavity& cavity) { return !has_blood(scene, cavity.name); });
+  }
   if (!node) return;
 
   read_law(*node, mechanics, mistakes);
@@ -220,6 +241,7 @@ void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
     else
       read_cavities(*cavities, scene, mechanics, mistakes);
   }
+  if (heart) mechanics.boundary = default_heart_boundary(mechanics);
   if (Node* boundary = take_map(*node, "boundary", mistakes)) {
     mechanics.boundary.clear();
     for (Node::Entry& entry : boundary->entries) {

@@ -116,6 +116,10 @@ Scene labels() {
   scene.geometry = GeometryKind::labels;
   scene.labels =
       std::make_shared<LabelHeart>(std::move(image), "labels", "", std::move(table), LabelFrame::image);
+  Mechanics& mechanics = scene.mechanics.emplace(default_heart_mechanics());
+  mechanics.cavities = {{"lv", {}}, {"rv", {}}, {"la", {}}, {"ra", {}}};
+  mechanics.boundary = default_heart_boundary(mechanics);
+  scene.circulation.emplace();
   return scene;
 }
 

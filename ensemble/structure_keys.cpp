@@ -83,19 +83,26 @@ const std::vector<StructureKey>& structure_keys() {
       {"torso.shape", "`cylinder`, `box`, `ellipsoid`, `unbounded`", "`cylinder`", "of the body"},
 
       {"mechanics", "map", "of the heart; else none",
-       "deforming tissue, where an output needs it; heart and shapes"},
+       "deforming tissue, where an output needs it; heart, label maps and shapes"},
       {"mechanics.law", "word", "`guccione`", "of the passive tissue; a file of `kernels/laws`"},
       {"mechanics.tension", "word or `none`", "`twitch` in the heart, else `none`",
        "active tension along fibres; a file of `kernels/tension`"},
       {"mechanics.cavities", "list of chambers, or map of NAME: map", "[lv, rv] of the heart",
-       "blood within the tissue: `lv`, `rv`, `la`, `ra` of the heart; of shapes by name"},
+       "blood within the tissue: any of `lv`, `rv`, `la`, `ra` of a heart or label map, whose walls deform; "
+       "of "
+       "shapes by name"},
       {"mechanics.cavities.NAME.shape", "NAME", "required", "the shape that it fills"},
       {"mechanics.cavities.NAME.pressure", "`constant`, `bestel`", "`constant`",
        "without a circulation: a number, or by the equation of the tension `bestel`"},
-      {"mechanics.boundary", "map of NAME: map", "`base`, `base_ring`, `epicardium` of the heart",
+      {"mechanics.boundary", "map of NAME: map",
+       "of the heart's ventricles `base`, `base_ring`, `epicardium`, of its atria `atrial_base`, "
+       "`atrial_ring`, "
+       "`atrial_epicardium`, `great_vessels`",
        "conditions on surfaces; `{}`: none"},
       {"mechanics.boundary.NAME.surface", "NAME", "required",
-       "a shape, or of the heart `base`, `epicardium`, `lv_endocardium`, `rv_endocardium`"},
+       "a shape, or of the heart `base`, `epicardium`, `lv_endocardium`, `rv_endocardium`; where atria "
+       "deform "
+       "`atrial_base`, `atrial_epicardium`, `great_vessels`, `la_endocardium`, `ra_endocardium`"},
       {"mechanics.boundary.NAME.clamp", "`all`, `normal`", "-", "it stays, or stays in its plane"},
       {"mechanics.boundary.NAME.spring", "`full`, `normal`", "-",
        "springs and dashpots, in all directions or along the normal"},
@@ -104,7 +111,8 @@ const std::vector<StructureKey>& structure_keys() {
       {"mechanics.regions", "map of NAME: map", "none",
        "what single regions have of their own: any number of the law, the tension, `bulk_modulus_kPa`, "
        "`viscosity_kPa_ms`"},
-      {"circulation", "map or `none`", "`closed_loop` of the heart; else none",
+      {"circulation", "map or `none`",
+       "`closed_loop` of the heart and of label maps with mechanics; else none",
        "what the chambers are joined to, where an output needs it"},
       {"circulation.kind", "`closed_loop`, `windkessel`", "`closed_loop`",
        "all four chambers (Regazzoni et al. 2022), or three elements behind the left ventricle"},

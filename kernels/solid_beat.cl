@@ -2,11 +2,12 @@
 // next step. First the cavities are inflated with the loop at rest, then it beats. One work-group (a work-item on CPUs) is
 // a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.cl and chamber_of_cavity[] from the host.
 
-// inflation (members, 2 + CAVITIES): duration ms, damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
+// cavity_ends (members): behind a member's last block of nodes that touches a cavity. inflation (members, 2 + CAVITIES): duration ms,
+// damping 1/ms, pressures kPa. damping (members): 1/ms in beats.
 kernel void solid_beat(global const real *restrict parameters, global const real *restrict partial,
                        global const real *restrict speeds, global const real *restrict measures, global const real *restrict volume,
                        global const int *restrict node_blocks, global const int *restrict cell_blocks,
-                       global const int *restrict item_blocks, global const real *restrict inflation,
+                       global const int *restrict item_blocks, global const int *restrict cavity_ends, global const real *restrict inflation,
                        global const real *restrict damping, global wide *restrict state,
                        global heart_state *restrict hearts, global heart_status *restrict status,
                        global const wide *restrict numbers, global float *restrict pressures,
@@ -28,13 +29,14 @@ kernel void solid_beat(global const real *restrict parameters, global const real
 #endif
   const int first = node_blocks[member], last = node_blocks[member + 1];
   wide sums[NODE_SUMS], mm3[CAVITIES];
-  member_sums(partial, NODE_SUMS, all_node_blocks, first, last, scratch, sums);
+  member_sums(partial + (size_t)RATE_SUM * all_node_blocks, NODE_SUMS - RATE_SUM, all_node_blocks, first, cavity_ends[member], scratch,
+              sums + RATE_SUM);
   for (int q = 0; q < CAVITIES; ++q)
-    mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,
-                        item_blocks[member * CAVITIES + q + 1] * SOLID_BLOCK, scratch);
+    mm3[q] = member_sum(volume, item_blocks[member * CAVITIES + q], item_blocks[member * CAVITIES + q + 1], scratch);
   real speed2 = 0, collapse = 0;
   wide energy = 0;
   if (measured) {
+    member_sums(partial, RATE_SUM, all_node_blocks, first, last, scratch, sums);
     const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
     speed2 = member_largest(speeds, first, last, scratch);
     collapse = member_largest(measures + (size_t)COLLAPSE_MEASURE * all_cell_blocks, first_cell, last_cell, scratch);
@@ -42,9 +44,9 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   }
   if (item != 0) return;
   if (measured) take_measures(S, speed2, collapse, energy, h, courant);
-  if (!isfinite((real)sums[KINETIC_SUM])) S[ENDED] = TISSUE_RUNAWAY;
+  if (!isfinite((real)sums[RATE_SUM]) || (measured && !isfinite((real)sums[KINETIC_SUM]))) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
-  S[KINETIC] = sums[KINETIC_SUM];
+  if (measured) S[KINETIC] = sums[KINETIC_SUM];
   S[STEPS_DONE] += 1;
   wide next = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
   const loop_parameters a = load_loop(parameters + (size_t)member * PARAMETERS, numbers[0]);

@@ -58,12 +58,15 @@ inline real3 apply(const Columns *F, real3 v) {
 #if TENSION
 // Stretch along the fibres of a cell: root mean square over its points, weighted as the active stress is, so that this has an
 // energy: with other weights the stress did work in a cycle, and single cut cells shook the valves late in systole.
+inline real square_stretch(const Columns *F, global const real *restrict direction, int i, int stride, int g) {
+  const real3 Ff = apply(F, direction_at(direction, i, stride, g));
+  return dot(Ff, Ff);
+}
 inline real fibre_stretch(const Modes *m, const real *quarter, global const real *restrict direction, int i, int stride) {
   real sum = 0, all = 0;
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(m, point_offset(g));
-    const real3 Ff = apply(&F, direction_at(direction, i, stride, g));
-    sum += quarter[g] * dot(Ff, Ff);
+    sum += quarter[g] * square_stretch(&F, direction, i, stride, g);
     all += quarter[g];
   }
   return sqrt(sum / all);
@@ -105,17 +108,16 @@ inline Columns point_stress(const Columns *F, const Columns *D, real3 f, real3 s
   stress.xz += R(0.5) * eta * (dot(F->x, D->z) + dot(F->z, D->x));
   stress.xy += R(0.5) * eta * (dot(F->x, D->y) + dot(F->y, D->x));
 #endif
-  Columns P = {
-      weight * (F->x * stress.xx + F->y * stress.xy + F->z * stress.xz + pressure * K.x),
-      weight * (F->x * stress.xy + F->y * stress.yy + F->z * stress.yz + pressure * K.y),
-      weight * (F->x * stress.xz + F->y * stress.yz + F->z * stress.zz + pressure * K.z),
-  };
+  stress = sym_scaled(weight, stress);
 #if TENSION
-  const real3 along = active * apply(F, f);
-  P.x += along * f.x;
-  P.y += along * f.y;
-  P.z += along * f.z;
+  stress = sym_fma(active, sym_square(f), stress);
 #endif
+  const real volumetric = weight * pressure;
+  const Columns P = {
+      F->x * stress.xx + F->y * stress.xy + F->z * stress.xz + volumetric * K.x,
+      F->x * stress.xy + F->y * stress.yy + F->z * stress.yz + volumetric * K.y,
+      F->x * stress.xz + F->y * stress.yz + F->z * stress.zz + volumetric * K.z,
+  };
   return P;
 }
 
@@ -133,9 +135,20 @@ static inline Modes cell_forces(int i, const Modes m, const Modes rate, global c
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
   if (!(phi > 0)) return no_modes();
   global const real *M = parameters + (size_t)member * PARAMETERS + material_first[region[i]];
-  const real pressure = law_pressure(mean_volume_ratio(&m, quarter), M[M_bulk_modulus_kPa]);
+  Columns F[POINTS];
+  real J = 0, weights = 0, squares = 0;
+  for (int g = 0; g < POINTS; ++g) {
+    F[g] = deformation(&m, point_offset(g));
+    const real weight = fmax(quarter[g], MASS_FLOOR);
+    J += weight * determinant(&F[g]);
+    weights += weight;
 #if TENSION
-  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
+    squares += quarter[g] * square_stretch(&F[g], direction, i, cells, g);
+#endif
+  }
+  const real pressure = law_pressure(J / weights, M[M_bulk_modulus_kPa]);
+#if TENSION
+  const real stretch = sqrt(squares / (4 * phi));
   const real dt = S[STEP + 1 - odd];  // of the step behind
   real since = activation[i] < 0 ? R(-1.0) : (real)(S[BEAT_TIME] - (wide)activation[i]);
   if (since < 0 && activation[i] >= 0 && S[BEAT] > 0) since += (real)S[BEAT_LENGTH];
@@ -157,13 +170,12 @@ static inline Modes cell_forces(int i, const Modes m, const Modes rate, global c
   Modes sum = no_modes();
   for (int g = 0; g < POINTS; ++g) {
     const real3 e = point_offset(g);
-    const Columns F = deformation(&m, e);
 #ifdef VISCOUS
     const Columns D = gradient_at(&rate, e);
 #else
     const Columns D = {(real3)(0), (real3)(0), (real3)(0)};
 #endif
-    const Columns P = point_stress(&F, &D, direction_at(direction, i, cells, g), sheet_at(direction, i, cells, g),
+    const Columns P = point_stress(&F[g], &D, direction_at(direction, i, cells, g), sheet_at(direction, i, cells, g),
                                    fmax(quarter[g], MASS_FLOOR), quarter[g] * per_stretch, pressure, M);
     add_stress(&sum, &P, e);
   }
@@ -198,22 +210,21 @@ inline real face_areas(const real3 *x, real3 w, real3 *area) {
   return flux;
 }
 
-// What a cell of tissue adds to a cavity: its own blood, share chi of the cell, and the faces behind which blood alone
-// lies, each weighted. gradient (8, 3, items): derivative of the cavity's volume by the node's place, mm2. volume (items): mm3; the
-// faces' part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
+// What a cell of tissue adds to a cavity, its volume returned: its own blood, share chi of the cell, and the faces behind which blood alone
+// lies, each weighted. gradient (8, 3, items): derivative of the cavity's volume by the node's place, mm2. The faces'
+// part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
 // open, and the weights of the field's components: none across the plane, so that a lid that moves there adds nothing.
 // item_faces (6, items): -x +x -y +y -z +z.
-static inline void cavity_forces(int j, global const wide *restrict state, global const ushort *restrict member_of_item,
+static inline real cavity_forces(int j, global const wide *restrict state, global const ushort *restrict member_of_item,
                           global const int *restrict item_cell, global const uchar *restrict item_cavity,
                           global const real *restrict item_share, global const real *restrict item_faces,
                           global const int *restrict cell_nodes, global const real *restrict position,
                           global const real *restrict lid, global const real *restrict u,
-                          global real *restrict gradient, global real *restrict volume, const int cells,
-                          const int nodes_stride, const int items, const real h) {
+                          global real *restrict gradient, const int cells, const int nodes_stride, const int items,
+                          const real h) {
   const int i = item_cell[j];
-  if (i < 0) return;
+  if (i < 0) return 0;
   const int member = member_of_item[j / SOLID_BLOCK];
-  if (state[member * MEMBER_STATE + ENDED] != 0) return;
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
@@ -257,12 +268,12 @@ static inline void cavity_forces(int j, global const wide *restrict state, globa
         gradient[j + (size_t)(3 * corner[a] + d) * items] += sign * part;
       }
   }
-  volume[j] = total;
+  return total;
 }
 
 // The cells' forces (3, slots), mN, each tile's added up by node, and what cavities' volumes depend on: two short launches in one. A work-group (a
 // work-item on CPUs) is a tile or a block of items. most: slots of the largest tile. pulls (tiles), where pressures are prescribed: sum of the
-// squares of the cells' forces.
+// squares of the cells' forces. volume (blocks of items): mm3.
 kernel void solid_forces(global const real *restrict parameters, global const wide *restrict state,
                          global const ushort *restrict member_of, global const int *restrict cell_nodes,
                          global const int *restrict tile_slots, global const int *restrict slot_node,
@@ -285,11 +296,20 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #endif
 #if CAVITIES > 0
   if (tile >= cells / SOLID_BLOCK) {
+    const int block = tile - cells / SOLID_BLOCK;
+    if (state[member_of_item[block] * MEMBER_STATE + ENDED] != 0) return;
+    real mm3 = 0;
 #ifndef GPU
     for (int own = 0; own < SOLID_BLOCK; ++own)
 #endif
-      cavity_forces(tile * SOLID_BLOCK - cells + own, state, member_of_item, item_cell, item_cavity, item_share, item_faces,
-                    cell_nodes, position, lid, u, gradient, volume, cells, nodes_stride, items, h);
+      mm3 += cavity_forces(block * SOLID_BLOCK + own, state, member_of_item, item_cell, item_cavity, item_share, item_faces, cell_nodes,
+                           position, lid, u, gradient, cells, nodes_stride, items, h);
+#ifdef GPU
+    sums_of_block(&mm3, 1, scratch);
+    mm3 = scratch[0];
+    if (own == 0)
+#endif
+      volume[block] = mm3;
     return;
   }
 #endif
@@ -320,14 +340,17 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
                               activation, tension, cells, odd, drive, drive_column, drive_clock);
   const bool tissue = share[i] + share[i + (size_t)cells] + share[i + 2 * (size_t)cells] + share[i + 3 * (size_t)cells] > 0;
   real pull = 0;
+  real3 of_corner[8];
+  at_corners(&f, -h * h / 16, of_corner);
   // A node is corner c of one cell at most.
   for (int c = 0; c < 8; ++c) {
     if (tissue) {
-      const real3 of_corner = at_corner(&f, c, -h * h / 16);
-      sum[slot[c]] += of_corner.x;
-      sum[slot[c] + most] += of_corner.y;
-      sum[slot[c] + 2 * most] += of_corner.z;
-      pull += dot(of_corner, of_corner);
+      sum[slot[c]] += of_corner[c].x;
+      sum[slot[c] + most] += of_corner[c].y;
+      sum[slot[c] + 2 * most] += of_corner[c].z;
+#if !BEATS
+      pull += dot(of_corner[c], of_corner[c]);
+#endif
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
@@ -359,12 +382,13 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #endif
     const Modes f = cell_forces(i, tile_modes(at, slot, MOST_SLOTS, R(0.25) / h), rate, parameters, S, member, share, region,
                                 direction, activation, tension, cells, odd, drive, drive_column, drive_clock);
+    real3 of_corner[8];
+    at_corners(&f, -h * h / 16, of_corner);
     for (int c = 0; c < 8; ++c) {
-      const real3 of_corner = at_corner(&f, c, -h * h / 16);
-      sum[slot[c]] += of_corner.x;
-      sum[slot[c] + MOST_SLOTS] += of_corner.y;
-      sum[slot[c] + 2 * MOST_SLOTS] += of_corner.z;
-      pull += dot(of_corner, of_corner);
+      sum[slot[c]] += of_corner[c].x;
+      sum[slot[c] + MOST_SLOTS] += of_corner[c].y;
+      sum[slot[c] + 2 * MOST_SLOTS] += of_corner[c].z;
+      pull += dot(of_corner[c], of_corner[c]);
     }
   }
   for (int k = 0; k < count; ++k)
@@ -375,7 +399,53 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #endif
 }
 
-#define TOGETHER R(1.25)
+inline real3 row(const Columns *F, int j) {
+  return j == 0 ? (real3)(F->x.x, F->y.x, F->z.x) : j == 1 ? (real3)(F->x.y, F->y.y, F->z.y) : (real3)(F->x.z, F->y.z, F->z.z);
+}
+inline real3 column_of(const symmetric *S, int i) {
+  return i == 0 ? (real3)(S->xx, S->xy, S->xz) : i == 1 ? (real3)(S->xy, S->yy, S->yz) : (real3)(S->xz, S->yz, S->zz);
+}
+
+#define TANGENT_STEP R(5e-3)
+
+// Largest stiffness of a wave along axis i of the grid, kPa: of the acoustic tensor A_jk = F_ja dS_ai / dE(e_k (x) e_i) + S_ii delta_jk + kappa K_ji K_ki
+// + active f_i^2 delta_jk (Marsden & Hughes 1983, Mathematical Foundations of Elasticity, ch. 3.7), the law's tangent by differences.
+inline real wave_stiffness(int i, const Columns *F, symmetric C, symmetric S, real J, real3 f, real3 s, real kappa, real active,
+                           global const real *restrict M) {
+  const Columns K = cofactor(F);
+  const real3 k = i == 0 ? K.x : i == 1 ? K.y : K.z, along = column_of(&S, i);
+  const real fi = i == 0 ? f.x : i == 1 ? f.y : f.z, own = i == 0 ? S.xx : i == 1 ? S.yy : S.zz;
+  real3 A[3];
+  for (int j = 0; j < 3; ++j) {
+    const real3 Fj = TANGENT_STEP * row(F, j);
+    symmetric moved = C;
+    if (i == 0) {
+      moved.xx += 2 * Fj.x;
+      moved.xy += Fj.y;
+      moved.xz += Fj.z;
+    } else if (i == 1) {
+      moved.xy += Fj.x;
+      moved.yy += 2 * Fj.y;
+      moved.yz += Fj.z;
+    } else {
+      moved.xz += Fj.x;
+      moved.yz += Fj.y;
+      moved.zz += 2 * Fj.z;
+    }
+    const real kj = j == 0 ? k.x : j == 1 ? k.y : k.z;
+    const symmetric next = law_stress(moved, J * sqrt(fmax(sym_determinant(moved) / sym_determinant(C), R(0.0))), f, s, M);
+    const real3 change = (column_of(&next, i) - along) / TANGENT_STEP;
+    A[j] = apply(F, change) + kappa * kj * k;
+  }
+  const real diagonal = own + active * fi * fi;
+  const symmetric acoustic = {A[0].x + diagonal,
+                              A[1].y + diagonal,
+                              A[2].z + diagonal,
+                              R(0.5) * (A[1].z + A[2].y),
+                              R(0.5) * (A[0].z + A[2].x),
+                              R(0.5) * (A[0].y + A[1].x)};
+  return fmax(sym_largest(acoustic), R(0.0));
+}
 
 // By block of cells (2, blocks): -(smallest mean volume ratio), strain energy (uJ).
 #define COLLAPSE_MEASURE 0
@@ -396,7 +466,8 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real J = mean_volume_ratio(&m, quarter);
-  real stiffest = 0, energy = 0, weights = 0;
+  real energy = 0, weights = 0;
+  real3 mean_f = (real3)(0), mean_s = (real3)(0);
 #if TENSION
   const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   real states[TENSION_STATES + 1];
@@ -409,32 +480,39 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const real3 f = direction_at(direction, i, cells, g), s = sheet_at(direction, i, cells, g);
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
-    const symmetric S = law_stress(C, Jg, f, s, M);
-    // Of one cell the mean pressure's stiffness is rank one, 4 kappa |cof F|^2 / (rho h^2) with the Frobenius norm (3 at rest); of cells together
-    // less (solid_waves.cl). Of the law, m (x) N alone is bounded, and several act at once.
-    const real all = dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z);
-    const real along = pressure_share < 1 ? fmin(all, sym_largest(right_cauchy_green(K.x, K.y, K.z))) : all;
-    real stiffness = M[M_bulk_modulus_kPa] * (along + pressure_share * (all - along)) +
-                     TOGETHER * law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
-#if TENSION
-    stiffness += TOGETHER * active;
-#endif
-#ifdef VISCOUS
-    // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
-    // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).
-    const real per_h = M[M_viscosity_kPa_ms] * sym_largest(C) / (density * h);
-    const real speed = per_h + sqrt(stiffness / density + per_h * per_h);
-    stiffness = speed * speed;
-#endif
-    stiffest = fmax(stiffest, stiffness);
+    mean_f += f;
+    mean_s += s;
     weights += fmax(quarter[g], MASS_FLOOR);
     energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
               (law_energy(C, Jg, f, s, M) + law_volume_energy(J, M[M_bulk_modulus_kPa]));
   }
-#ifdef VISCOUS
-  bound[i] = stiffest;
+  // Of cells together the shortest waves go along the grid's axes, in the middle of the cell; a cell alone has them all at once, and what is between
+  // depends on the surface (solid_waves.cl).
+  const Columns F = deformation(&m, (real3)(0));
+  const symmetric C = right_cauchy_green(F.x, F.y, F.z);
+  const real3 f = normalize(mean_f), s = dot(mean_s, mean_s) > 0 ? normalize(mean_s) : mean_s;
+  const real kappa = M[M_bulk_modulus_kPa], middle = determinant(&F);
+  const symmetric S = law_stress(C, middle, f, s, M);
+#if TENSION
+  const real pulls = active * (quarter[0] + quarter[1] + quarter[2] + quarter[3]) / weights;
 #else
-  bound[i] = stiffest * weights * h * h * h / 32;
+  const real pulls = 0;
+#endif
+  real along = 0, all = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const real of_axis = wave_stiffness(axis, &F, C, S, middle, f, s, kappa, pulls, M);
+    along = fmax(along, of_axis);
+    all += of_axis;
+  }
+  const real stiffness = along + pressure_share * (all - along);
+#ifdef VISCOUS
+  // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
+  // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).
+  const real per_h = M[M_viscosity_kPa_ms] * sym_largest(C) / (density * h);
+  const real speed = per_h + sqrt(stiffness / density + per_h * per_h);
+  bound[i] = speed * speed;
+#else
+  bound[i] = stiffness * weights * h * h * h / 32;
 #endif
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
   measure[ENERGY_MEASURE] += h * h * h * energy;

@@ -59,8 +59,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
                                   : member_sum(pulls, cell_blocks[member], cell_blocks[member + 1], scratch);
   wide volumes[CAVITIES + 1];
   for (int q = 0; q < CAVITIES; ++q)
-    volumes[q] = member_sum(volume, item_blocks[member * CAVITIES + q] * SOLID_BLOCK,
-                            item_blocks[member * CAVITIES + q + 1] * SOLID_BLOCK, scratch);
+    volumes[q] = member_sum(volume, item_blocks[member * CAVITIES + q], item_blocks[member * CAVITIES + q + 1], scratch);
   const int first_cell = cell_blocks[member], last_cell = cell_blocks[member + 1];
   real speed2 = 0, collapse = 0;
   wide energy = 0;
@@ -78,8 +77,8 @@ kernel void solid_load(global const real *restrict parameters, global const real
   S[HALTED] = S[HALT];  // of the step under way
   S[SINCE_HALT] += 1;
   // A halt comes two steps behind the peak of the kinetic energy, and takes nothing from a mode that then turns back. With a fixed number of
-  // steps the same fast mode can do so at every halt, for ever.
-  const int fewest = FEWEST_STEPS_TO_HALT + (int)S[STEPS_DONE] % 4;
+  // steps, or a short pattern of them, the same fast mode can do so at every halt, for ever: 0 to 15 more, without order (Knuth's multiplicative hash).
+  const int fewest = FEWEST_STEPS_TO_HALT + (int)((uint)S[STEPS_DONE] * 2654435769u >> 28);
   S[HALT] = still && S[SINCE_HALT] > fewest && kinetic < S[KINETIC] ? 1 : 0;
   if (S[HALT] != 0) S[SINCE_HALT] = 0;
   S[KINETIC] = S[HALT] != 0 ? 0 : kinetic;

@@ -23,7 +23,7 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
   return sym_times(Q, sym_times(sym_cofactor(A), inverse_mass * sym_times(Q, impulse)) / sym_determinant(A));
 }
 
-// Sums by block of nodes: kinetic energy, squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
+// Sums by block of nodes: kinetic energy (of beating hearts only where `sampled`, as that of springs), squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
 // s_qr = g_q . response(g_r) for q <= r.
 // FREE_SUM and LOADED_SUM stand where pressures are prescribed.
 #define KINETIC_SUM 0
@@ -39,13 +39,13 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
 #define NODE_SUMS (COMPLIANCE_SUM + CAVITIES * (CAVITIES + 1) / 2)
 
 // One node of solid_predict.
-inline void predict_node(int a, global const wide *restrict S, bool touches, global const int *restrict first_slot,
+inline void predict_node(int a, global const wide *restrict S, bool touches, bool sampled, global const int *restrict first_slot,
                          global const int *restrict node_slots,
                          global const real *restrict inverse_mass, global const int *restrict support_of,
                          global const real *restrict supports, global const int *restrict cavity_of,
                          global const int *restrict cavity_corners, global const real *restrict force,
                          global const real *restrict gradient, global real *restrict cavity_gradient,
-                         global const real *restrict u, global real *restrict v, int slots, int nodes, int support_stride,
+                         global real *restrict u, global real *restrict v, int slots, int nodes, int support_stride,
                          int items, int cavity_nodes, int odd, real *sums) {
   const real inverse = inverse_mass[a];
   if (!(inverse > 0)) return;
@@ -63,7 +63,7 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, glo
     const real3 spring = sym_times(support_part(supports, s, 0, support_stride), place);
     f -= spring;
     if (S[HALT] == 0) of_springs = R(0.25) * dt * dt * sym_times(support_part(supports, s, 0, support_stride), old);
-    sums[SPRING_SUM] += R(0.5) * dot(spring, place);
+    if (sampled) sums[SPRING_SUM] += R(0.5) * dot(spring, place);
   }
   // From rest a leapfrog starts with half an impulse: with a whole one, halting often amplifies the fastest modes.
   const bool halt = S[HALT] != 0;
@@ -73,7 +73,14 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, glo
   v[a] = next.x;
   v[a + (size_t)nodes] = next.y;
   v[a + 2 * (size_t)nodes] = next.z;
-  sums[KINETIC_SUM] += R(0.5) / inverse * dot(quenched, quenched);
+#if BEATS
+  if (!touches) {  // no pressure to come
+    u[a] += dt * next.x;
+    u[a + (size_t)nodes] += dt * next.y;
+    u[a + 2 * (size_t)nodes] += dt * next.z;
+  }
+#endif
+  if (sampled) sums[KINETIC_SUM] += R(0.5) / inverse * dot(quenched, quenched);
   real3 loads = (real3)(0);
 #if CAVITIES > 0
   if (j >= 0) {
@@ -110,16 +117,17 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, glo
 #endif
 }
 
-// Velocities without the cavities' pressures, in place; sums (NODE_SUMS, blocks).
+// Velocities without the cavities' pressures, in place; of a beating heart, where no cavity is near, displacements too. sums (NODE_SUMS, blocks).
 kernel void solid_predict(global const wide *restrict state, global const ushort *restrict member_of_node,
                           global const int *restrict first_slot, global const int *restrict node_slots,
                           global const real *restrict inverse_mass, global const int *restrict support_of,
                           global const real *restrict supports, global const uchar *restrict cavity_block,
                           global const int *restrict cavity_of, global const int *restrict cavity_corners,
                           global const real *restrict force, global const real *restrict gradient,
-                          global real *restrict cavity_gradient, global const real *restrict u,
+                          global real *restrict cavity_gradient, global real *restrict u,
                           global real *restrict v, global real *restrict partial, const int slots, const int nodes,
-                          const int support_stride, const int items, const int cavity_nodes, const int odd) {
+                          const int support_stride, const int items, const int cavity_nodes, const int odd,
+                          const int measured) {
 #ifdef GPU
   local real scratch[NODE_SUMS * SOLID_BLOCK];
   const int a = get_global_id(0), block = get_group_id(0), blocks = nodes / SOLID_BLOCK;
@@ -129,38 +137,41 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
   global const wide *S = state + member_of_node[block] * MEMBER_STATE;
   if (STANDS(S)) return;
   const bool touches = cavity_block[block] != 0;
-  // Those of cavities stay zero elsewhere.
-  const int count = touches ? NODE_SUMS : RATE_SUM;
+  // Nobody asks for those of cavities elsewhere.
+  const bool sampled = !BEATS || measured;
+  const int begin = sampled ? 0 : RATE_SUM, count = (touches ? NODE_SUMS : RATE_SUM) - begin;
   real sums[NODE_SUMS];
   for (int k = 0; k < NODE_SUMS; ++k) sums[k] = 0;
 #ifndef GPU
   for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a)
 #endif
-    predict_node(a, S, touches, first_slot, node_slots, inverse_mass, support_of, supports, cavity_of, cavity_corners, force,
+    predict_node(a, S, touches, sampled, first_slot, node_slots, inverse_mass, support_of, supports, cavity_of, cavity_corners, force,
                  gradient, cavity_gradient, u, v, slots, nodes, support_stride, items, cavity_nodes, odd, sums);
 #ifdef GPU
-  sums_of_block(sums, count, scratch);
-  if (get_local_id(0) < count) partial[block + (size_t)get_local_id(0) * blocks] = scratch[get_local_id(0) * SOLID_BLOCK];
+  if (count <= 0) return;
+  sums_of_block(sums + begin, count, scratch);
+  if (get_local_id(0) < count)
+    partial[block + (size_t)(begin + get_local_id(0)) * blocks] = scratch[get_local_id(0) * SOLID_BLOCK];
 #else
-  for (int k = 0; k < count; ++k) partial[block + (size_t)k * blocks] = sums[k];
+  for (int k = begin; k < begin + count; ++k) partial[block + (size_t)k * blocks] = sums[k];
 #endif
 }
 
-// Adds the pressures' impulses and moves the nodes.
-kernel void solid_move(global const wide *restrict state, global const ushort *restrict member_of_node,
+// Adds the pressures' impulses and moves the nodes of `moving` blocks: those that solid_predict did not.
+kernel void solid_move(global const int *restrict moving, global const wide *restrict state, global const ushort *restrict member_of_node,
                        global const real *restrict inverse_mass, global const int *restrict support_of,
                        global const real *restrict supports, global const uchar *restrict cavity_block,
                        global const int *restrict cavity_of,
                        global const real *restrict cavity_gradient, global real *restrict u, global real *restrict v,
                        const int nodes, const int support_stride, const int cavity_nodes, const int odd) {
-  const int a = get_global_id(0);
+  const int block = moving[get_group_id(0)], a = block * SOLID_BLOCK + get_local_id(0);
   const real inverse = inverse_mass[a];
-  global const wide *S = state + member_of_node[a / SOLID_BLOCK] * MEMBER_STATE;
+  global const wide *S = state + member_of_node[block] * MEMBER_STATE;
   if (!(inverse > 0) || S[ENDED] != 0) return;
   const real dt = S[STEP + odd];
   real3 velocity = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
 #if CAVITIES > 0
-  const int j = cavity_block[a / SOLID_BLOCK] != 0 ? cavity_of[a] : -1;
+  const int j = cavity_block[block] != 0 ? cavity_of[a] : -1;
   if (j >= 0) {
     real3 f = (real3)(0);
     for (int q = 0; q < CAVITIES; ++q) {

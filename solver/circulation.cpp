@@ -70,14 +70,16 @@ struct Elastance {
 };
 
 // Regazzoni's, whose atria contract with the ventricles (0.9 s, modulo a beat of 0.8 s). Before ventricles of
-// tissue the atria contract before them.
+// tissue the atria contract before them, and behind atria of tissue, which the sinus node's wave contracts,
+// the ventricles after them.
 Elastance default_elastance(const Scene& scene, Chamber chamber) {
   const bool before_tissue = ventricles_of_tissue(scene);
+  const double start = is_tissue(scene, Chamber::la) || is_tissue(scene, Chamber::ra) ? 180 : 100;
   switch (chamber) {
     case Chamber::lv:
-      return {4.482, 0.170, 100, 250, 400, 42};
+      return {4.482, 0.170, start, 250, 400, 42};
     case Chamber::rv:
-      return {0.200, 0.029, 100, 250, 400, 16};
+      return {0.200, 0.029, start, 250, 400, 16};
     case Chamber::la:
       return before_tissue ? Elastance{0.25, 0.14, 85, 100, 110, 4, 0.006}
                            : Elastance{0.07, 0.18, 900, 170, 170, 4};
@@ -195,12 +197,16 @@ void declare_start(Scene& scene) {
                                                  : std::array<double, 4>{87.675, 35.898, 19.545, 15.004},
                               flows = tissue ? std::array<double, 4>{90, 109.5, 91, 139}
                                              : std::array<double, 4>{71.104, 94.039, 94.084, 473.279};
+  // Behind the veins an atrium of tissue is at rest; a flow that begins at once would jolt it.
+  const std::array<bool, 4> into_tissue = {false, is_tissue(scene, Chamber::ra), false,
+                                           is_tissue(scene, Chamber::la)};
   for (std::size_t k = 0; k < 4; ++k) {
     std::string name = vessel_names[k];
     std::replace(name.begin(), name.end(), '.', '_');
     table.add(
         {root + name + "_pressure_mmHg", "mmHg", pressures[k], -20, 300, "pressure at the start", source});
-    table.add({root + name + "_flow_mL_per_s", "mL/s", flows[k], -5000, 5000, "flow at the start", source});
+    table.add({root + name + "_flow_mL_per_s", "mL/s", into_tissue[k] ? 0 : flows[k], -5000, 5000,
+               "flow at the start", source});
   }
 }
 

@@ -39,11 +39,6 @@ Grid solid_grid(const Scene& scene, const Plan& plan) {
   return grid;
 }
 
-double solid_dx_mm(const Scene& scene) {
-  const double own = scene.parameters.value("mechanics.dx_mm");
-  return own > 0 ? own : scene.parameters.value("grid.dx_mm");
-}
-
 std::size_t Heartbeat::bytes(const Scene& scene, int members_per_batch) {
   return (scene.circulation ? LumpedCirculation::bytes(scene, members_per_batch, pv_times_ms(scene).size())
                             : 0) +
@@ -207,7 +202,7 @@ void Heartbeat::step(bool measured) {
   Solid& solid = *solid_;
   if (measured) solid.measure(parameters_);
   solid.forces(parameters_);
-  solid.predict();
+  solid.predict(measured);
   if (circulation_)
     solid.beat(parameters_, *circulation_, static_cast<int>(samples_), measured);
   else

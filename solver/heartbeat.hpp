@@ -13,8 +13,6 @@
 
 namespace cohort {
 
-/// Spacing of the mechanics' grid: its own, or that of the scene.
-double solid_dx_mm(const Scene& scene);
 /// The mechanics' grid: it holds what the plan's grid holds.
 Grid solid_grid(const Scene& scene, const Plan& plan);
 

@@ -39,6 +39,7 @@ struct Mean {
 enum class LabelFrame { image, heart };
 
 struct LabelCells;
+struct SolidLabels;
 
 /// A label map with the meaning of its values: the geometry of a scene of kind `labels`. The same for all
 /// members.
@@ -84,6 +85,8 @@ class LabelHeart {
     std::mutex mutex;
     std::string key;
     std::shared_ptr<const LabelCells> cells;
+    std::string solid_key;
+    std::shared_ptr<const SolidLabels> solid;  ///< of the mechanics (solid_labels)
   };
   mutable Cache cache;
 

@@ -4,7 +4,9 @@
 #include <stdexcept>
 
 #include "solver/cell_models.hpp"
+#include "solver/circulation.hpp"
 #include "solver/kernel_declarations.hpp"
+#include "solver/mechanics_structure.hpp"
 
 namespace cohort {
 
@@ -118,6 +120,20 @@ void declare_load(Scene& scene) {
              "norm of the forces not in balance over that of the pressures' forces", "solver/README.md");
 }
 
+// Where a label map's walls end.
+void declare_planes(Scene& scene) {
+  const auto plane = [&](const char* name, double value, const char* meaning, const char* source) {
+    Parameter p{root + name, "mm", value, -100, 100, meaning, source};
+    p.structural = true;
+    scene.parameters.add(p);
+  };
+  plane("base_mm", 0, "height at which the ventricles' walls are cut; the next face of the grid",
+        "the atrioventricular plane of the map's frame");
+  if (deforming_walls(*scene.mechanics).atria())
+    plane("atrial_base_mm", 4, "height at which the atria's walls begin; at least a cell above the base",
+          "the plate of the schematic heart");
+}
+
 void declare_cavities(Scene& scene) {
   const Mechanics& mechanics = *scene.mechanics;
   ParameterTable& table = scene.parameters;
@@ -138,7 +154,9 @@ void declare_cavities(Scene& scene) {
              "from no pressure to that of the first beat's begin", "measured: 20 to 40 ms jolt"});
   table.add({inflation + "damping_per_ms", "1/ms", 0.15, 0, 100, "damping of the mass meanwhile", measured});
   for (const Mechanics::Cavity& cavity : mechanics.cavities) {
-    constexpr double left = 4.2, right = 1.5;  // where a periodic beat begins, before the atria contract
+    // Where a periodic beat begins, before the atria contract: with ventricles of tissue, or of elastance.
+    const bool ventricles = is_tissue(scene, Chamber::lv) || is_tissue(scene, Chamber::rv);
+    const double left = ventricles ? 4.2 : 15, right = ventricles ? 1.5 : 6;
     table.add({inflation + cavity.name + "_pressure_mmHg", "mmHg",
                cavity.name.starts_with("r") ? right : left, 0, 200, "pressure to which it is inflated",
                measured});
@@ -172,6 +190,7 @@ void declare_mechanics(Scene& scene) {
                "the scene"};
   dx.structural = true;
   table.add(dx);
+  if (scene.geometry == GeometryKind::labels) declare_planes(scene);
   if (!scene.circulation) declare_load(scene);
   if (!scene.mechanics->tension.empty() &&
       read_tension(scene.mechanics->tension).drive != MaterialFile::Drive::none) {
@@ -196,9 +215,14 @@ void declare_mechanics(Scene& scene) {
     if (region.bath) continue;
     for (const Group& group : all)
       for (Parameter p : group.parameters) {
+        const std::string bare = p.path;
         p.inherits = group.path + p.path;
         p.path = root + "regions." + region.name + "." + p.path;
         p.value = inherited;
+        if (const auto own = atrial_default(scene, region.name, bare)) {
+          p.value = *own;
+          p.source = "chosen: solver/README.md, atria of tissue";
+        }
         table.add(p);
       }
   }
@@ -248,6 +272,11 @@ MechanicsText mechanics_text(const Scene& scene) {
   text.files = {"symmetric.clh", "laws.clh", "laws/" + mechanics.law + ".cl"};
   if (active) text.files.insert(text.files.end(), {"tension.clh", "tension/" + mechanics.tension + ".cl"});
   return text;
+}
+
+double solid_dx_mm(const Scene& scene) {
+  const double own = scene.parameters.value(root + "dx_mm");
+  return own > 0 ? own : scene.parameters.value("grid.dx_mm");
 }
 
 bool viscous(const Scene& scene, std::span<const double> values) {

@@ -50,6 +50,9 @@ struct MechanicsText {
 };
 MechanicsText mechanics_text(const Scene& scene);
 
+/// Spacing of the mechanics' grid: its own, or that of the scene.
+double solid_dx_mm(const Scene& scene);
+
 /// Whether the tissue of a member with these values (inherited ones filled in) is viscous somewhere.
 bool viscous(const Scene& scene, std::span<const double> values);
 

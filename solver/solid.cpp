@@ -13,6 +13,7 @@
 #include "solver/new_buffer.hpp"
 #include "solver/precision.hpp"
 #include "solver/pv_output.hpp"
+#include "solver/solid_labels.hpp"
 #include "solver/solid_voids.hpp"
 #include "solver/solid_walls.hpp"
 
@@ -20,7 +21,7 @@ namespace cohort {
 
 namespace {
 
-constexpr int samples_along_edge = 6, member_group = 256;
+constexpr int samples_along_edge = 6, member_group = 128;
 constexpr double courant = 0.95;
 constexpr int mode_iterations = 150;  // of the fastest mode, from a start without order
 
@@ -47,16 +48,21 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   Device& device = launcher.device();
   std::vector<std::string> files = geometry_files(scene);
   for (const std::string& file : solid_part_files(scene)) files.push_back(file);
-  files.push_back("solid_setup.cl");
   Definitions setup = definitions;
   setup.generated += geometry_source(scene) + solid_part_source(scene);
   const MechanicsText text = mechanics_text(scene);
-  std::vector<std::string> options = {"SAMPLES=" + std::to_string(samples_along_edge)};
+  std::vector<std::string> options = {"SAMPLES=" + std::to_string(samples_along_edge),
+                                      "SOLID_BLOCK=" + std::to_string(SolidMesh::block)};
   if (text.law.sheets) options.emplace_back("SHEETS");
   const cl::Program geometry = setup.build(device, files, options);
-  parts_ = launcher.handle(geometry, "solid_parts");
-  vertex_voids_ = launcher.handle(geometry, "solid_vertex_voids");
-  fibres_ = launcher.handle(geometry, "solid_fibres");
+  const bool labels = scene.geometry == GeometryKind::labels;
+  if (labels) {
+    labels_ = solid_labels(scene, grid);
+  } else {
+    parts_ = launcher.handle(geometry, "solid_parts");
+    vertex_voids_ = launcher.handle(geometry, "solid_vertex_voids");
+  }
+  fibres_ = launcher.handle(geometry, labels ? "solid_label_fibres" : "solid_fibres");
 
   Definitions stepping = definitions;
   stepping.generated += text.generated;
@@ -119,9 +125,19 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   parameters_ = parameters;
   members_ = static_cast<int>(members.size());
   odd_ = 0;
+  mesh_ = build_solid_mesh(
+      scene_, grid_, labels_ ? for_members(labels_->parts, members_) : find_parts(parameters), members_);
+  upload(parameters, members);
+  build_supports(members);
+  // Halts that find rest need the fastest modes resolved in time.
+  if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
+}
+
+SolidParts Solid::find_parts(const cl::Buffer& parameters) {
   const auto& [nx, ny, nz] = grid_.cells;
-  const auto cells = static_cast<std::size_t>(grid_.size()) * members.size();
-  const auto planes = static_cast<std::size_t>(nz) * members.size();
+  const auto members = static_cast<std::size_t>(members_);
+  const auto cells = static_cast<std::size_t>(grid_.size()) * members;
+  const auto planes = static_cast<std::size_t>(nz) * members;
   const cl::Buffer counts =
       launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
   const cl::Buffer region = launcher_.device().allocate(cells);
@@ -136,11 +152,7 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   launcher_.queue().enqueueReadBuffer(counts, CL_TRUE, 0, parts.counts.size() * sizeof(cl_ushort),
                                       parts.counts.data());
   launcher_.queue().enqueueReadBuffer(region, CL_TRUE, 0, parts.region.size(), parts.region.data());
-  mesh_ = build_solid_mesh(scene_, grid_, parts, members_);
-  upload(parameters, members);
-  build_supports(members);
-  // Halts that find rest need the fastest modes resolved in time.
-  if (!viscous_ && !scene_.mechanics->quasi_static) find_fastest_mode(parameters);
+  return parts;
 }
 
 void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members) {
@@ -164,6 +176,18 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   first_slot_ = upload_new(launcher_, mesh_.first_slot);
   node_slots_ = upload_new(launcher_, mesh_.node_slots);
   cavity_block_ = upload_new(launcher_, mesh_.cavity_block);
+  std::vector<int> ends;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    int end = mesh_.node_blocks[m + 1];
+    while (end > mesh_.node_blocks[m] && mesh_.cavity_block[n(end - 1)] == 0) --end;
+    ends.push_back(end);
+  }
+  cavity_ends_ = upload_new(launcher_, ends);
+  std::vector<int> moving;
+  for (int b = 0; b < mesh_.nodes / SolidMesh::block; ++b)
+    if (!scene_.circulation || mesh_.cavity_block[n(b)] != 0) moving.push_back(b);
+  moving_blocks_ = static_cast<int>(moving.size());
+  moving_ = upload_new(launcher_, moving);
   item_cell_ = upload_new(launcher_, mesh_.item_cell);
   item_cavity_ = upload_new(launcher_, mesh_.item_cavity);
   item_share_ = reals(mesh_.item_share);
@@ -177,9 +201,18 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   item_blocks_ = upload_new(launcher_, mesh_.item_blocks);
 
   direction_ = device.allocate(n(mesh_.cells) * (sheets_ ? 24 : 12) * real);
-  const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
-  launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
-            grid_.origin_and_spacing(), grid_cell, region_, direction_, mesh_.cells);
+  if (labels_) {
+    std::vector<int> place(n(mesh_.cells), -1);
+    for (std::size_t i = 0; i < place.size(); ++i)
+      if (mesh_.grid_cell[i] >= 0) place[i] = labels_->place[n(mesh_.grid_cell[i]) % labels_->place.size()];
+    launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
+              member_of_cell_, upload_new(launcher_, place), region_,
+              upload_new(launcher_, labels_->direction), direction_, mesh_.cells);
+  } else {
+    const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
+    launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
+              grid_.origin_and_spacing(), grid_cell, region_, direction_, mesh_.cells);
+  }
   launcher_.queue().finish();
 
   std::vector<double> inverse(mesh_.inverse_mass);
@@ -194,7 +227,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   force_ = reals(std::vector<double>(3 * mesh_.slot_node.size(), 0));
   pulls_ = reals(std::vector<double>(n(mesh_.cells / SolidMesh::block), 0));
   gradient_ = reals(std::vector<double>(24 * n(mesh_.items), 0));
-  volume_ = reals(std::vector<double>(n(mesh_.items), 0));
+  volume_ = reals(std::vector<double>(n(mesh_.items / SolidMesh::block), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
   drive_ = drive_column_ = reals({});
@@ -283,7 +316,7 @@ void Solid::forces(const cl::Buffer& parameters) {
       odd_, drive_, drive_column_, drive_clock_);
 }
 
-void Solid::predict() {
+void Solid::predict(bool measured) {
   const bool gpu = launcher_.device().info().gpu;
   const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   const double real = static_cast<double>(real_bytes(scene_.precision));
@@ -294,7 +327,7 @@ void Solid::predict() {
             state_, member_of_node_, first_slot_, node_slots_, inverse_mass_, support_of_, support_,
             cavity_block_, cavity_of_, cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_,
             node_sums_, static_cast<int>(mesh_.slot_node.size()), mesh_.nodes, supports_, mesh_.items,
-            mesh_.cavity_nodes, odd_);
+            mesh_.cavity_nodes, odd_, measured ? 1 : 0);
 }
 
 void Solid::load(bool measured) {
@@ -314,17 +347,17 @@ void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulat
   const auto groups = static_cast<std::size_t>(members_);
   launcher_(member_, cl::NDRange(gpu ? groups * member_group : groups), cl::NDRange(gpu ? member_group : 1),
             0.0, parameters, node_sums_, speeds_, measures_, volume_, node_blocks_, cell_blocks_,
-            item_blocks_, inflation_, damping_, state_, circulation.states(), circulation.statuses(),
-            circulation.clock(), circulation.pressure_buffer(), circulation.volume_buffer(),
-            circulation.at_most(), samples, mesh_.nodes / SolidMesh::block, mesh_.cells / SolidMesh::block,
-            measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
+            item_blocks_, cavity_ends_, inflation_, damping_, state_, circulation.states(),
+            circulation.statuses(), circulation.clock(), circulation.pressure_buffer(),
+            circulation.volume_buffer(), circulation.at_most(), samples, mesh_.nodes / SolidMesh::block,
+            mesh_.cells / SolidMesh::block, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
 }
 
 void Solid::move() {
-  const auto nodes = static_cast<std::size_t>(mesh_.nodes);
+  const auto nodes = static_cast<std::size_t>(moving_blocks_ * SolidMesh::block);
   const double real = static_cast<double>(real_bytes(scene_.precision));
   launcher_(move_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), static_cast<double>(nodes) * real * 10,
-            state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_block_, cavity_of_,
+            moving_, state_, member_of_node_, inverse_mass_, support_of_, support_, cavity_block_, cavity_of_,
             cavity_gradient_, u_, v_, mesh_.nodes, supports_, mesh_.cavity_nodes, odd_);
   odd_ = 1 - odd_;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 namespace cohort {
 
 class LumpedCirculation;
+struct SolidLabels;
 
 /// How a member's tissue ended; kernels/solid.clh.
 enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
@@ -38,7 +40,8 @@ class Solid {
   void drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock);
   void drive(const cl::Buffer& values, const std::vector<double>& column, const Real4& clock);
   void forces(const cl::Buffer& parameters);
-  void predict();
+  /// measured: of a beating heart kinetic energy and that of springs as well.
+  void predict(bool measured);
   /// Member's kernel for prescribed pressures.
   void load(bool measured);
   /// Member's kernel of a beating heart: inflation, then the circulation with the tissue's cavities.
@@ -79,6 +82,8 @@ class Solid {
   void set_state(const std::vector<double>& state);
   /// Field (3, nodes).
   std::vector<double> displacement();
+  /// Fibres, then wall normals where the law reads them: (points, 3, cells) each.
+  std::vector<double> directions();
   std::vector<double> velocity();
   /// Tension of the cells as forces() found it, kPa.
   std::vector<double> tensions();
@@ -131,6 +136,7 @@ class Solid {
   };
 
  private:
+  SolidParts find_parts(const cl::Buffer& parameters);
   void upload(const cl::Buffer& parameters, std::span<const Member> members);
   void find_fastest_mode(const cl::Buffer& parameters);
   void build_supports(std::span<const Member> members);
@@ -143,8 +149,9 @@ class Solid {
   int capacity_, members_ = 0, odd_ = 0, voids_, tension_states_ = 0;
   std::size_t samples_;  ///< of cavities under prescribed pressures
   bool wide_, viscous_, sheets_ = false;
+  std::shared_ptr<const SolidLabels> labels_;  ///< geometry `labels`: what its cells hold
   SolidMesh mesh_;
-  int supports_ = 0;
+  int supports_ = 0, moving_blocks_ = 0;
   std::vector<int> free_motions_;
   cl::Program program_;
   cl::Buffer parameters_, series_;
@@ -152,9 +159,9 @@ class Solid {
   cl::Buffer state_, member_of_cell_, member_of_node_, member_of_item_, cell_nodes_, share_, region_,
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
       position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
-      node_slots_, cavity_block_, pulls_, inverse_mass_, support_of_, support_, cavity_of_, cavity_corners_,
-      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_,
-      inflation_, damping_, cell_bounds_, speeds_, drive_, drive_column_;
+      node_slots_, cavity_block_, cavity_ends_, moving_, pulls_, inverse_mass_, support_of_, support_,
+      cavity_of_, cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_,
+      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_, drive_, drive_column_;
   Real4 drive_clock_{};
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
       wave_start_, wave_cells_, wave_nodes_, wave_member_, release_;

@@ -39,9 +39,12 @@ class MemberMesh {
   void append(SolidMesh& mesh) {
     find_tissue();
     find_items();
+    for (const int k : surface_void_) surface_list_.push_back(find_surface(k));
     number(mesh);
     for (std::size_t q = 0; q < cavity_void_.size(); ++q) append_cavity(mesh, q);
-    for (std::size_t b = 0; b < surface_void_.size(); ++b) append_surface(mesh, b);
+    for (std::size_t b = 0; b < surface_void_.size(); ++b)
+      for (const Corner& corner : surface_list_[b])
+        mesh.surfaces[b].push_back({node_[corner.vertex], corner.area});
     mesh.defects.push_back(defect_);
   }
 
@@ -134,6 +137,48 @@ class MemberMesh {
     }
   }
 
+  /// A vertex of a surface and its area vector.
+  struct Corner {
+    std::size_t vertex;
+    std::array<double, 3> area;
+  };
+  /// The surface of void k, by vertices along the grid.
+  std::vector<Corner> find_surface(int k) const {
+    std::vector<Corner> found;
+    std::vector<int> place(vertices(), -1);
+    const double quarter = 0.25 * h_ * h_;
+    for (std::size_t cell = 0; cell < cells_; ++cell) {
+      if (local_[cell] < 0) continue;
+      const auto add = [&](int corner, std::size_t axis, double value) {
+        const std::size_t vertex = vertex_of(cell, corner);
+        if (place[vertex] < 0) {
+          place[vertex] = static_cast<int>(found.size());
+          found.push_back({vertex, {0, 0, 0}});
+        }
+        found[static_cast<std::size_t>(place[vertex])].area[axis] += value;
+      };
+      if (const double chi = void_share(cell, k); chi > 0)
+        for (int corner = 0; corner < 8; ++corner)
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            add(corner, axis, (corner >> axis & 1 ? -chi : chi) * quarter);
+      neighbours(cell, [&](int face, std::size_t next) {
+        const double weight = local_[next] >= 0 ? 0 : void_weight(next, k);
+        if (!(weight > 0)) return;
+        const int axis = face / 2;
+        for (int corner = 0; corner < 8; ++corner)
+          if ((corner >> axis & 1) == face % 2)
+            add(corner, static_cast<std::size_t>(axis), (face % 2 ? weight : -weight) * quarter);
+      });
+    }
+    std::sort(found.begin(), found.end(),
+              [](const Corner& a, const Corner& b) { return a.vertex < b.vertex; });
+    return found;
+  }
+
+  std::size_t vertices() const {
+    return static_cast<std::size_t>(n_[0] + 1) * static_cast<std::size_t>(n_[1] + 1) *
+           static_cast<std::size_t>(n_[2] + 1);
+  }
   std::size_t vertex_of(std::size_t cell, int corner) const {
     const Index3 c = index(cell);
     const auto vx = static_cast<std::size_t>(n_[0] + 1), vy = static_cast<std::size_t>(n_[1] + 1);
@@ -194,17 +239,21 @@ class MemberMesh {
     mesh.cells = static_cast<int>(mesh.grid_cell.size());
     mesh.cell_blocks.push_back(mesh.cells / SolidMesh::block);
 
-    constexpr int none = -1, wanted = -2, of_cavity = -3;
-    const std::size_t vertices = static_cast<std::size_t>(n_[0] + 1) * static_cast<std::size_t>(n_[1] + 1) *
-                                 static_cast<std::size_t>(n_[2] + 1);
-    node_.assign(vertices, none);
+    // Nodes of one kind together: those of cavities first, of each the ones on a surface.
+    constexpr int none = -1, inside = -2, on_surface = -3, of_cavity = -4, of_both = -5;
+    node_.assign(vertices(), none);
     for (const std::size_t cell : order)
-      for (int corner = 0; corner < 8; ++corner) node_[vertex_of(cell, corner)] = wanted;
+      for (int corner = 0; corner < 8; ++corner) node_[vertex_of(cell, corner)] = inside;
+    for (const std::vector<Corner>& surface : surface_list_)
+      for (const Corner& corner : surface) node_[corner.vertex] = on_surface;
     for (const std::vector<Item>& items : item_list_)
       for (const Item& item : items)
-        for (int corner = 0; corner < 8; ++corner) node_[vertex_of(item.cell, corner)] = of_cavity;
-    const std::size_t first_vertex = static_cast<std::size_t>(member_) * vertices;
-    for (const int kind : {of_cavity, wanted})
+        for (int corner = 0; corner < 8; ++corner) {
+          int& kind = node_[vertex_of(item.cell, corner)];
+          kind = kind == on_surface || kind == of_both ? of_both : of_cavity;
+        }
+    const std::size_t first_vertex = static_cast<std::size_t>(member_) * vertices();
+    for (const int kind : {of_both, of_cavity, on_surface, inside})
       for (const std::size_t cell : order)
         for (int corner = 0; corner < 8; ++corner) {
           const std::size_t v = vertex_of(cell, corner);
@@ -287,37 +336,6 @@ class MemberMesh {
     return axis;
   }
 
-  void append_surface(SolidMesh& mesh, std::size_t b) {
-    const int k = surface_void_[b];
-    const int first_node = mesh.node_blocks[static_cast<std::size_t>(member_)] * SolidMesh::block;
-    const auto own_nodes = static_cast<std::size_t>(mesh.nodes - first_node);
-    std::vector<std::array<double, 3>> area(own_nodes, {0, 0, 0});
-    std::vector<bool> touched(own_nodes, false);
-    const double quarter = 0.25 * h_ * h_;
-    for (std::size_t cell = 0; cell < cells_; ++cell) {
-      if (local_[cell] < 0) continue;
-      const auto add = [&](int corner, std::size_t axis, double value) {
-        const auto a = static_cast<std::size_t>(node(local_[cell], corner) - first_node);
-        area[a][axis] += value;
-        touched[a] = true;
-      };
-      if (const double chi = void_share(cell, k); chi > 0)
-        for (int corner = 0; corner < 8; ++corner)
-          for (std::size_t axis = 0; axis < 3; ++axis)
-            add(corner, axis, (corner >> axis & 1 ? -chi : chi) * quarter);
-      neighbours(cell, [&](int face, std::size_t next) {
-        const double weight = local_[next] >= 0 ? 0 : void_weight(next, k);
-        if (!(weight > 0)) return;
-        const int axis = face / 2;
-        for (int corner = 0; corner < 8; ++corner)
-          if ((corner >> axis & 1) == face % 2)
-            add(corner, static_cast<std::size_t>(axis), (face % 2 ? weight : -weight) * quarter);
-      });
-    }
-    for (std::size_t a = 0; a < area.size(); ++a)
-      if (touched[a]) mesh.surfaces[b].push_back({first_node + static_cast<int>(a), area[a]});
-  }
-
  public:
   std::vector<int> mesh_nodes_;               // (count, 8) of this member's cells
   std::vector<double> item_faces_;            // (items of this member, 6)
@@ -339,7 +357,8 @@ class MemberMesh {
     std::size_t cell;
     std::array<double, 6> faces;
   };
-  std::vector<std::vector<Item>> item_list_;  // by cavity
+  std::vector<std::vector<Item>> item_list_;       // by cavity
+  std::vector<std::vector<Corner>> surface_list_;  // by boundary condition
   std::string defect_;
 };
 

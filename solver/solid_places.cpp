@@ -77,6 +77,10 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
   return text.str();
 }
 
+std::vector<double> Solid::directions() {
+  return read(direction_, static_cast<std::size_t>(mesh_.cells) * (sheets_ ? 24 : 12));
+}
+
 Solid::Place Solid::place_of(std::size_t m, const std::array<double, 3>& X) const {
   const double h = grid_.dx_mm;
   double nearest = 1e30;

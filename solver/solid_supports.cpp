@@ -7,6 +7,7 @@
 #include "solver/new_buffer.hpp"
 #include "solver/precision.hpp"
 #include "solver/solid.hpp"
+#include "solver/solid_labels.hpp"
 #include "solver/solid_voids.hpp"
 #include "solver/solid_walls.hpp"
 
@@ -99,10 +100,16 @@ void Solid::build_supports(std::span<const Member> members) {
   for (const Member& member : members)
     values.insert(values.end(), member.values.begin(), member.values.end());
   const cl::Buffer block = reals(values);
-  launcher_(vertex_voids_, cl::NDRange(static_cast<std::size_t>(mesh_.nodes)), cl::NDRange(SolidMesh::block),
-            0.0, block, grid_.origin_and_spacing(), vertex, near_on_device);
-  launcher_.queue().enqueueReadBuffer(near_on_device, CL_TRUE, 0, near.size() * sizeof(cl_ushort),
-                                      near.data());
+  if (labels_) {
+    for (std::size_t a = 0; a < near.size(); ++a)
+      if (mesh_.vertex[a] >= 0)
+        near[a] = labels_->near[static_cast<std::size_t>(mesh_.vertex[a]) % labels_->near.size()];
+  } else {
+    launcher_(vertex_voids_, cl::NDRange(static_cast<std::size_t>(mesh_.nodes)),
+              cl::NDRange(SolidMesh::block), 0.0, block, grid_.origin_and_spacing(), vertex, near_on_device);
+    launcher_.queue().enqueueReadBuffer(near_on_device, CL_TRUE, 0, near.size() * sizeof(cl_ushort),
+                                        near.data());
+  }
 
   using Kind = Mechanics::Boundary::Kind;
   const auto& conditions = scene_.mechanics->boundary;
@@ -179,6 +186,14 @@ void Solid::build_supports(std::span<const Member> members) {
     });
     free_motions_.push_back(count_free_motions(mesh_, held));
   }
+  // In the order of nodes.
+  std::vector<Support> sorted;
+  for (int& place : support_of)
+    if (place >= 0) {
+      sorted.push_back(supports[static_cast<std::size_t>(place)]);
+      place = static_cast<int>(sorted.size()) - 1;
+    }
+  supports = std::move(sorted);
   supports_ = std::max<int>(1, static_cast<int>(supports.size()));
   std::vector<double> fields(18 * static_cast<std::size_t>(supports_), 0);
   for (std::size_t s = 0; s < supports.size(); ++s) {

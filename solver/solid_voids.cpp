@@ -3,11 +3,19 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "solver/mechanics.hpp"
+#include "solver/mechanics_structure.hpp"
+
 namespace cohort {
 
 namespace {
 
-const std::vector<std::string> heart_voids = {"lv", "rv", "la", "ra", "epicardium", "base"};
+std::vector<std::string> heart_voids(const Scene& scene) {
+  std::vector<std::string> names = {"lv", "rv", "la", "ra", "epicardium", "base"};
+  if (deforming_walls(*scene.mechanics).atria())
+    names.insert(names.end(), {"atrial_epicardium", "atrial_base", "great_vessels"});
+  return names;
+}
 const std::vector<std::string> box_voids = {"x_lower", "x_upper", "y_lower", "y_upper", "z_lower", "z_upper"};
 
 int index_of(const std::vector<std::string>& names, const std::string& name) {
@@ -54,7 +62,8 @@ std::vector<std::string> shape_voids(const Scene& scene) {
 std::vector<std::string> solid_voids(const Scene& scene) {
   switch (scene.geometry) {
     case GeometryKind::heart:
-      return heart_voids;
+    case GeometryKind::labels:
+      return heart_voids(scene);
     case GeometryKind::box:
       return box_voids;
     case GeometryKind::shapes:
@@ -66,7 +75,6 @@ std::vector<std::string> solid_voids(const Scene& scene) {
         if (side_of_tissue(scene, boundary.surface) == 0)
           throw std::invalid_argument("the shape \"" + boundary.surface + "\" does not bound the tissue");
       return shape_voids(scene);
-    case GeometryKind::labels:
     case GeometryKind::none:
       break;
   }
@@ -76,7 +84,7 @@ std::vector<std::string> solid_voids(const Scene& scene) {
 int void_of_surface(const Scene& scene, const std::string& surface) {
   const std::vector<std::string> voids = solid_voids(scene);
   const std::string endocardium = "_endocardium";
-  if (scene.geometry == GeometryKind::heart && surface.ends_with(endocardium))
+  if (scene.geometry != GeometryKind::shapes && surface.ends_with(endocardium))
     return index_of(voids, surface.substr(0, surface.size() - endocardium.size()));
   return index_of(voids, surface);
 }
@@ -88,12 +96,13 @@ int void_of_cavity(const Scene& scene, const Mechanics::Cavity& cavity) {
 std::vector<std::string> solid_part_files(const Scene& scene) {
   switch (scene.geometry) {
     case GeometryKind::heart:
-      return {"solid_parts_heart.clh"};
+      return {"solid_parts_heart.clh", "solid_setup.cl"};
     case GeometryKind::box:
-      return {"solid_parts_box.clh"};
+      return {"solid_parts_box.clh", "solid_setup.cl"};
     case GeometryKind::shapes:
-      return {"solid_parts_shapes.clh"};
+      return {"solid_parts_shapes.clh", "solid_setup.cl"};
     case GeometryKind::labels:
+      return {"solid_label_fibres.cl"};
     case GeometryKind::none:
       break;
   }
@@ -104,6 +113,12 @@ std::string solid_part_source(const Scene& scene) {
   const std::vector<std::string> voids = solid_voids(scene);
   std::string source = "#define VOIDS " + std::to_string(voids.size()) + "\n#define REGION_COUNT " +
                        std::to_string(scene.regions.size()) + "\n";
+  if (scene.geometry == GeometryKind::heart) {
+    const DeformingWalls walls = deforming_walls(*scene.mechanics);
+    return source + "#define SOLID_VENTRICLES " + std::to_string(walls.ventricles) + "\n#define SOLID_LA " +
+           std::to_string(walls.la) + "\n#define SOLID_RA " + std::to_string(walls.ra) +
+           "\n#define SOLID_DX R(" + std::to_string(solid_dx_mm(scene)) + ")\n";
+  }
   if (scene.geometry != GeometryKind::shapes) return source;
   source += "#define SHAPE_VOIDS(inside, beyond)";
   for (size_t k = 0; k < voids.size(); ++k) {

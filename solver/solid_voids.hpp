@@ -19,7 +19,7 @@ int void_of_surface(const Scene& scene, const std::string& surface);
 /// Void of a cavity of the mechanics.
 int void_of_cavity(const Scene& scene, const Mechanics::Cavity& cavity);
 
-/// Files and generated source of solid_part(), behind those of the geometry.
+/// Files and generated source of what finds parts and fibres, behind those of the geometry.
 std::vector<std::string> solid_part_files(const Scene& scene);
 std::string solid_part_source(const Scene& scene);
 

@@ -117,7 +117,7 @@ class SolidRun {
   /// A step of the length that set() gave, with the pressures it gave.
   void step() {
     solid->forces(parameters);
-    solid->predict();
+    solid->predict(true);
     solid->move();
   }
   /// Forces on the nodes (3, nodes), mN, under pressures in the cavities.
@@ -137,7 +137,7 @@ class SolidRun {
     set(u, at_rest(), 0);
     solid->measure(parameters);
     solid->forces(parameters);
-    solid->predict();
+    solid->predict(true);
     solid->load(true);
     const std::vector<double> S = solid->state();
     return {S[Solid::strain_energy], S[Solid::first_volume], S[Solid::smallest_J], S[Solid::largest_step]};
@@ -146,7 +146,7 @@ class SolidRun {
   void loaded_step(bool look) {
     if (look) solid->measure(parameters);
     solid->forces(parameters);
-    solid->predict();
+    solid->predict(true);
     solid->load(look);
     solid->move();
   }

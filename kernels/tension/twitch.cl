@@ -19,9 +19,10 @@
 
 real tension_step(real *state, real since_activation_ms, real beat_ms, real drive, real stretch, real stretch_rate, real dt_ms,
                   global const real *M) {
-  const real velocity =
+  const real velocity = !(M[M_shortening_per_ms] > 0) ? R(1.0) :
       lagging_force_velocity(state, stretch_rate, M[M_shortening_per_ms], M[M_hill_a], M[M_velocity_lag_ms], dt_ms);
   const real duration = fmin(M[M_duration_ms], beat_ms), t = clamp(since_activation_ms, R(0.0), duration);
+  if (!(t > 0 && t < duration)) return 0;
   const real rise = tanh(t / M[M_rise_ms]), fall = tanh((duration - t) / M[M_decay_ms]);
   const real length = fmax(tanh(M[M_length_slope] * (stretch - M[M_length_zero])), R(0.0));
   return M[M_peak_kPa] * rise * rise * fall * fall * length * velocity;

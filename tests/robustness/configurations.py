@@ -27,6 +27,8 @@ ONE_BEAT = ["grid.dx_mm=6", "time.beats.at_most=1", "campaign.members=2"]
 INSTEAD = {
     "circulation": ["time.beats.at_most=3", "campaign.members=2"],  # no tissue, no grid
     "heart": ONE_BEAT,
+    "whole_heart": ONE_BEAT,
+    "labels_heart": ONE_BEAT,
     "demo": ONE_BEAT,
 }
 DONE = 3

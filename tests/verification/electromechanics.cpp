@@ -168,7 +168,7 @@ TEST(Electromechanics, WindowsLoseNoTime) {
   const auto step = [&](bool measured) {
     if (measured) solid.measure(held.slab.parameters);
     solid.forces(held.slab.parameters);
-    solid.predict();
+    solid.predict(measured);
     solid.load(measured);
     solid.move();
     ++steps;

@@ -1,69 +1,14 @@
 // The beating heart of configs/heart.yaml against what is normal in healthy adults
 // (tests/reference/physiology.yaml): at 4 mm on a CPU, at 2 mm with the halved spacing on a GPU.
-#include <yaml-cpp/yaml.h>
-
-#include <cmath>
-#include <map>
-
-#include "ensemble/config.hpp"
-#include "solver/simulation.hpp"
-#include "tests/slab.hpp"
+#include "tests/heart_run.hpp"
 
 namespace cohort::test {
 namespace {
 
-struct Beat {
-  Recording recording;
-  std::map<std::string, double> feature;
-};
-
-std::vector<Beat> beat(const std::vector<std::string>& changes,
-                       const std::vector<std::pair<std::string, double>>& others = {}) {
-  const Campaign campaign = read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml", changes);
-  const Scene& scene = campaign.scene;
-  std::vector<Member> members(1, Member{0, scene.parameters.values()});
-  if (!others.empty()) {
-    members.push_back({1, members[0].values});
-    for (const auto& [path, value] : others)
-      members[1].values[static_cast<size_t>(scene.parameters.index(path))] = value;
-  }
-  for (Member& member : members) scene.parameters.resolve(member.values);
-  PlanOptions options;
-  options.members_per_device = static_cast<int>(members.size());
-  const Plan plan = make_plan(device(), scene, members, options);
-  Simulation simulation(device(), scene, plan);
-  std::vector<Beat> beats;
-  for (Recording& recording : simulation.run(members, 3600)) {
-    Beat& one = beats.emplace_back();
-    const std::vector<std::string> names = layout(scene).features;
-    for (size_t k = 0; k < names.size(); ++k)
-      one.feature[names[k]] = static_cast<double>(recording.features[k]);
-    one.recording = std::move(recording);
-  }
-  return beats;
-}
-
-std::string at(double dx_mm) {
-  return "grid.dx_mm=" + std::to_string(dx_mm);
-}
-double spacing() {
-  return device().info().gpu ? 2 : 4;
-}
-
 TEST(HeartBeat, IsThatOfAHealthyAdult) {
   const Beat beat = test::beat({at(spacing())})[0];
   ASSERT_EQ(beat.recording.outcome, Outcome::done) << beat.recording.reason;
-  const YAML::Node ranges = YAML::LoadFile(COHORT_SOURCE_DIR "/tests/reference/physiology.yaml");
-  ASSERT_GE(ranges.size(), 23u);
-  for (const auto& range : ranges) {
-    const auto name = range.first.as<std::string>();
-    ASSERT_TRUE(beat.feature.contains(name)) << name;
-    const double value = beat.feature.at(name);
-    std::printf("%-36s %9.2f  [%g, %g]\n", name.c_str(), value, range.second[0].as<double>(),
-                range.second[1].as<double>());
-    EXPECT_GE(value, range.second[0].as<double>()) << name;
-    EXPECT_LE(value, range.second[1].as<double>()) << name;
-  }
+  expect_healthy(beat);
   for (const char* name : {"beats", "beat_difference", "valve_switches", "ringing_mmHg", "blood_apart_mL",
                            "smallest_volume_ratio"})
     std::printf("%-36s %9.4f\n", name, beat.feature.at(name));

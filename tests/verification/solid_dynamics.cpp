@@ -252,7 +252,7 @@ TEST(SolidDynamics, TissueHeldOnAnAffineMotionComesToRestOnIt) {
     for (std::size_t k = 0; k < 3; ++k)
       if (run.is_node(a) && run.within_tissue(a)) u[k * run.nodes() + a] = 0;
   run.solid->set_motion(u, run.at_rest());
-  for (int step = 0; step < 3000; ++step) run.loaded_step(step % 16 == 0);
+  for (int step = 0; step < 6000; ++step) run.loaded_step(step % 16 == 0);
   u = run.solid->displacement();
   double apart = 0;
   for (std::size_t i = 0; i < u.size(); ++i) apart = std::max(apart, std::abs(u[i] - affine[i]));
