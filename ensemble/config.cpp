@@ -100,7 +100,7 @@ void check_unused(Node& section, Scene scene, Mistakes& mistakes) {
 
 /// Leaves out the mechanics, the circulation and the beats that no output needs.
 void leave_out_loads(Node& node, Scene& scene, Mistakes& mistakes) {
-  if (scene.pv || scene.displacement) return;
+  if (scene.pv || scene.displacement || scene.stretch_activated) return;  // stretch acts on every output
   Scene with = scene;
   with.pv.emplace();
   for (const char* path : {"mechanics", "circulation", "time.beats"})

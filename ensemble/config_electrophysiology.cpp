@@ -172,6 +172,7 @@ void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mis
                                     scene.activation_method, mistakes);
   if (Node* system = take_map(electrophysiology, "conduction_system", mistakes))
     read_conduction_system(*system, scene, mistakes);
+  scene.stretch_activated = take_map(electrophysiology, "stretch_activated", mistakes) != nullptr;
   const size_t before = mistakes.size();
   if (Node* model = take(electrophysiology, "cell_model")) {
     const std::vector<std::string> models = cell_models();

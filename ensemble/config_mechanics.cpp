@@ -319,6 +319,12 @@ void read_loads(Node& scene_node, Node* outputs, Scene& scene, Mistakes& mistake
     read_mechanics(scene_node, scene, mistakes);
   }
   const bool sound = mistakes.size() == before;
+  Node* electrophysiology = scene_node.find("electrophysiology");
+  Node* stretched = electrophysiology ? electrophysiology->find("stretch_activated") : nullptr;
+  if (sound && stretched && scene.stretch_activated && (!scene.mechanics || scene.mechanics->tension.empty()))
+    mistakes.add(
+        stretched->place,
+        "electrophysiology.stretch_activated: no tissue stretches; it needs mechanics with a tension");
   read_beats(scene_node, scene, mistakes);
   if (outputs && sound) check_needs(*outputs, scene, mistakes);
 }

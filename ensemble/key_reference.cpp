@@ -89,6 +89,8 @@ Scene shapes() {
   scene.regions = {muscle, bath};
   scene.mechanics.emplace().cavities = {{"cavity", "s0"}};
   scene.mechanics->quasi_static = true;
+  scene.mechanics->tension = "nash_panfilov";  // its cells' potential drives it
+  scene.stretch_activated = true;
   return scene;
 }
 

@@ -64,6 +64,8 @@ const std::vector<StructureKey>& structure_keys() {
        "cell parameters that vary through walls: PARAMETER, with a slope for each basis"},
       {"electrophysiology.heterogeneity.regions", "list of NAMEs",
        "`lv`, `rv`; of shapes every region with transmural fibres", "where they vary"},
+      {"electrophysiology.stretch_activated", "map", "none",
+       "mechano-electric feedback: a current of stretched cells; not with eikonal"},
       {"electrophysiology.conduction_system", "map", "none", "drives the heart; heart and label maps"},
       {"electrophysiology.conduction_system.atrioventricular", "`delay`, `path`", "`delay`",
        "early sites after a delay, or a fast path through the insulating septum"},

@@ -7,6 +7,9 @@
 //
 // Needs segments.clh, diffusion.clh, the cell models with reaction.clh behind each, and
 // -D MEMBERS (in the batch), CELL_MODELS, EACH_CELL_MODEL (generated), DERIVED_CONSTANTS and DERIVED_BY_VALUE (see there);
+// -D STRETCH_ACTIVATED: with the current of channels that stretch opens, I_sac / C_m = rate (V - E), rate = g (lambda - 1) /
+//    (lambda_max - 1) of fibres that are longer than at rest (Niederer & Smith 2007, Prog. Biophys. Mol. Biol. 93:90, review such
+//    currents; electromechanics.cl), taken exactly for half a step on either side of the reaction;
 // -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times;  -D BEATS: and later ones.
 #if !defined(EACH_CELL_MODEL) || !defined(CELL_MODELS) || !defined(MEMBERS)
 #error "monodomain.cl needs cell models and MEMBERS"
@@ -54,7 +57,7 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
                             global const uchar *restrict model_of, global float *restrict activation,
                             global const uchar *restrict stimulated_by,
                             global const real *restrict stimuli, global const real *restrict parameters,
-                            const int stride, const real dt_diffusion,
+                            global const real *restrict stretch_rate, const int stride, const real dt_diffusion,
                             const real dt, const real time_whole, const real time_fraction) {
   const int i = THIS_CELL;
   const int member = MEMBER(member_of, i);
@@ -67,7 +70,15 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
 #else
   const realv stimulus = 0;
 #endif
+#ifdef STRETCH_ACTIVATED
+  const real reversal = parameters[(size_t)member * PARAMETERS + PARAM_electrophysiology_stretch_activated_reversal_mV];
+  const realv opened = expm1(R(-0.5) * dt * LOAD(stretch_rate + i));
+  u = fma(opened, u - reversal, u);
+#endif
   react(&u, states, derived, derived_fields, model_of, parameters, i, member, stride, dt, stimulus);
+#ifdef STRETCH_ACTIVATED
+  u = fma(opened, u - reversal, u);
+#endif
 
   u = WHERE(isgreater(inverse, (realv)(0)), u, V_old);
   STORE(u, V_new + i);

@@ -20,6 +20,12 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   const int member = own_member(), item = own_item();
   global wide *S = state + member * MEMBER_STATE;
   if (S[ENDED] != 0) return;
+#if WINDOWS
+  if (S[WAITS] != 0) {
+    if (item == 0) S[STEP + 1 - odd] = 0;
+    return;
+  }
+#endif
   const int first = node_blocks[member], last = node_blocks[member + 1];
   wide sums[NODE_SUMS], mm3[CAVITIES];
   member_sums(partial + (size_t)RATE_SUM * all_node_blocks, NODE_SUMS - RATE_SUM, all_node_blocks, first, cavity_ends[member], scratch,
@@ -112,5 +118,8 @@ kernel void solid_beat(global const real *restrict parameters, global const real
     status[member] = status_of(&heart);
   }
   for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = mm3[q];
+#if WINDOWS
+  next = wait_at_window(S, dt, next);
+#endif
   S[STEP + 1 - odd] = next;
 }

@@ -128,7 +128,8 @@ static inline Modes cell_forces(int i, const Modes m, const Modes rate, global c
                          global const wide *restrict S, int member, global const real *restrict share,
                          global const uchar *restrict region, global const real *restrict direction,
                          global const real *restrict activation, global real *restrict tension, const int cells,
-                         const int odd) {
+                         const int odd, global const real *restrict drive, global const real *restrict drive_column,
+                         const real4 drive_clock) {
   real quarter[POINTS];
   load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
@@ -155,7 +156,10 @@ static inline Modes cell_forces(int i, const Modes m, const Modes rate, global c
   for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
   const real before = tension[i + (size_t)TENSION_STATES * cells];
   const real T = (real)S[LOAD] *
-                 tension_step(states, since, (real)S[BEAT_LENGTH], R(0.0), stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
+                 tension_step(states, since, (real)S[BEAT_LENGTH],
+                              tension_drive(drive, drive_column, i, cells, member, activation[i] >= 0, since - R(0.5) * dt,
+                                            (real)S[BEAT_TIME] - R(0.5) * dt, (real)S[BEAT_LENGTH], drive_clock),
+                              stretch, dt > 0 ? (stretch - before) / dt : R(0.0), dt, M);
   for (int k = 0; k < TENSION_STATES; ++k) tension[i + (size_t)k * cells] = states[k];
   tension[i + (size_t)TENSION_STATES * cells] = stretch;
   tension[i + (size_t)(TENSION_STATES + 1) * cells] = T;
@@ -283,7 +287,8 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
                          global const real *restrict position, global const real *restrict lid,
                          global real *restrict gradient, global real *restrict volume, local real *restrict scratch,
                          const int cells, const int nodes_stride, const int items, const int slots, const int most,
-                         const real h, const int odd) {
+                         const real h, const int odd, global const real *restrict drive,
+                         global const real *restrict drive_column, const real4 drive_clock) {
 #ifdef GPU
   const int tile = get_group_id(0), own = get_local_id(0);
 #else
@@ -310,7 +315,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #endif
   const int member = member_of[tile], first = tile_slots[tile], count = tile_slots[tile + 1] - first;
   global const wide *S = state + member * MEMBER_STATE;
-  if (S[ENDED] != 0) return;
+  if (STANDS(S)) return;
 #ifdef GPU
   local real *at = scratch, *sum = scratch + 3 * most;
   for (int k = own; k < count; k += SOLID_BLOCK) {
@@ -332,7 +337,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   const Modes rate = no_modes();
 #endif
   const Modes f = cell_forces(i, tile_modes(at, slot, most, R(0.25) / h), rate, parameters, S, member, share, region, direction,
-                              activation, tension, cells, odd);
+                              activation, tension, cells, odd, drive, drive_column, drive_clock);
   const bool tissue = share[i] + share[i + (size_t)cells] + share[i + 2 * (size_t)cells] + share[i + 3 * (size_t)cells] > 0;
   real pull = 0;
   real3 of_corner[8];
@@ -376,7 +381,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
     const Modes rate = no_modes();
 #endif
     const Modes f = cell_forces(i, tile_modes(at, slot, MOST_SLOTS, R(0.25) / h), rate, parameters, S, member, share, region,
-                                direction, activation, tension, cells, odd);
+                                direction, activation, tension, cells, odd, drive, drive_column, drive_clock);
     real3 of_corner[8];
     at_corners(&f, -h * h / 16, of_corner);
     for (int c = 0; c < 8; ++c) {
@@ -555,7 +560,7 @@ kernel void solid_measure(global const real *restrict parameters, global const w
   const int block = get_global_id(0), blocks = cells / SOLID_BLOCK;
 #endif
   const int member = member_of[block];
-  if (state[member * MEMBER_STATE + ENDED] != 0) return;
+  if (STANDS(state + member * MEMBER_STATE)) return;
   global const real *P = parameters + (size_t)member * PARAMETERS;
   const real density = P[PARAM_mechanics_density_mg_per_mm3], shared = state[member * MEMBER_STATE + PRESSURE_SHARE];
   real measure[CELL_MEASURES] = {-R(1e30)};

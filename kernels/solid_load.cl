@@ -44,6 +44,12 @@ kernel void solid_load(global const real *restrict parameters, global const real
   const int member = own_member(), item = own_item();
   global wide *S = state + member * MEMBER_STATE;
   if (S[ENDED] != 0) return;
+#if WINDOWS
+  if (S[WAITS] != 0) {
+    if (item == 0) S[STEP + 1 - odd] = 0;
+    return;
+  }
+#endif
   const int first = node_blocks[member], last = node_blocks[member + 1];
   const wide kinetic = member_sum(partial + (size_t)KINETIC_SUM * all_node_blocks, first, last, scratch);
   const wide free_force = member_sum(partial + (size_t)FREE_SUM * all_node_blocks, first, last, scratch);
@@ -117,4 +123,7 @@ kernel void solid_load(global const real *restrict parameters, global const real
   for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = volumes[q];
   S[STEPS_DONE] += 1;
   S[STEP + 1 - odd] = dt > 0 ? fmin(S[LARGEST_STEP], STEP_GROWTH * dt) : S[LARGEST_STEP];
+#if WINDOWS
+  S[STEP + 1 - odd] = wait_at_window(S, dt, S[STEP + 1 - odd]);
+#endif
 }

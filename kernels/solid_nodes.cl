@@ -135,7 +135,7 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
   const int block = get_global_id(0), blocks = nodes / SOLID_BLOCK;
 #endif
   global const wide *S = state + member_of_node[block] * MEMBER_STATE;
-  if (S[ENDED] != 0) return;
+  if (STANDS(S)) return;
   const bool touches = cavity_block[block] != 0;
   // Nobody asks for those of cavities elsewhere.
   const bool sampled = !BEATS || measured;

@@ -81,6 +81,21 @@ void declare_bidomain(Scene& scene) {
                  "blood: Gabriel, Lau & Gabriel, Phys. Med. Biol. 41 (1996) 2251"});
 }
 
+// The non-selective current of Pueyo et al. 2016, J. Mol. Cell. Cardiol. 97:93, as public implementations of
+// the O'Hara-Rudy-Land model have it.
+void declare_stretch_activated(Scene& scene) {
+  const std::string root = "electrophysiology.stretch_activated.";
+  constexpr const char* source = "Pueyo et al. 2016, as a public implementation has it";
+  scene.parameters.add({root + "conductance_mS_per_uF", "mS/uF", 0.006, 0, 10,
+                        "of stretch-activated channels at the reference stretch", source});
+  scene.parameters.add(
+      {root + "reversal_mV", "mV", -10, -120, 120, "potential at which their current turns", source});
+  scene.parameters.add({root + "reference_stretch", "1", 1.1, 1.001, 3,
+                        "stretch along fibres at which the conductance is the one given; it grows "
+                        "in proportion from 0 at 1",
+                        source});
+}
+
 }  // namespace
 
 void declare_electrophysiology(Scene& scene) {
@@ -97,6 +112,7 @@ void declare_electrophysiology(Scene& scene) {
              "a cell is activated when its potential first rises through this", niederer});
 
   if (scene.activation_method == ActivationMethod::bidomain) declare_bidomain(scene);
+  if (scene.stretch_activated) declare_stretch_activated(scene);
 
   for (const auto& [name, model] : scene.region_cell_models)
     if (std::none_of(scene.regions.begin(), scene.regions.end(),

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "solver/electromechanics.hpp"
 #include "solver/heterogeneity.hpp"
 #include "solver/mechanics.hpp"
 
@@ -19,7 +20,8 @@ Excitation::Excitation(Launcher& launcher_, const Scene& scene_, const Plan& pla
       diffusion(launcher, scene_, definitions),
       monodomain(launcher, scene_, definitions, plan.members_per_device),
       recorder(launcher, scene_, definitions, plan.members_per_device, Recorder::samples_per_fetch),
-      writer(scene_, recorder.quantities()) {
+      writer(scene_, recorder.quantities()),
+      coupled(Electromechanics::wanted(scene_, plan.activation)) {
   if (plan.activation == ActivationMethod::eikonal) {
     eikonal.emplace(launcher, scene, definitions, plan.members_per_device);
     if (scene.ecg) templates.emplace(launcher, scene, definitions, plan.members_per_device);
@@ -111,7 +113,7 @@ std::string Excitation::defect(std::size_t m, const Member& member) {
 }
 
 void Excitation::run(std::span<const Member> members, std::span<Recording> recordings,
-                     Clock::time_point start, double timeout_s) {
+                     Clock::time_point start, double timeout_s, const Beat& beat) {
   // Members whose steps differ run after each other, so that each one's steps are its own.
   struct Group {
     TimeSteps steps;
@@ -145,7 +147,8 @@ void Excitation::run(std::span<const Member> members, std::span<Recording> recor
   for (Recording& recording : recordings) recording.setup_s = setup_s;
   for (Group& group : groups) {
     if (group.members.size() != members.size()) prepare(group.members);
-    march(group.steps, group.members, group.recordings, timeout_s);
+    if (!coupled) march(group.steps, group.members, group.recordings, timeout_s);
+    if (beat) beat(group.members, group.recordings, group.steps);
   }
   if (eikonal) {
     std::vector<Recording*> all;
@@ -153,6 +156,7 @@ void Excitation::run(std::span<const Member> members, std::span<Recording> recor
     launcher.profile(batches == 1);
     project(members, all);
     launcher.profile(false);
+    if (beat) beat(members, all, {});
   }
   ++batches;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,17 +36,25 @@ struct Excitation {
   /// Geometry, operators and lead fields of `members`, whose blocks are written to `parameters`.
   void prepare(std::span<const Member> members);
   /// Prepared members to their recordings; those that cannot run are rejected. start: of their preparation.
+  /// beat: what their tissue does then, for members that were run together; in place of march() where
+  /// `coupled`.
+  using Beat = std::function<void(std::span<const Member>, std::span<Recording* const>, const TimeSteps&)>;
   void run(std::span<const Member> members, std::span<Recording> recordings, Clock::time_point start,
-           double timeout_s);
+           double timeout_s, const Beat& beat = {});
 
   /// Why member m cannot run; empty when it can.
   std::string defect(std::size_t m, const Member& member);
   bool in_torso(std::size_t m, const Member& member);
   /// One step of whatever activates the tissue.
   void advance(double time_ms, const TimeSteps& steps, bool first);
-  /// The time loop of members that share their steps.
+  /// The time loop of members that share their steps, from rest. window: called at 0, then every
+  /// window_steps and at the end, with the time in ms; ends the loop by false.
+  using Window = std::function<bool(double)>;
   void march(const TimeSteps& steps, std::span<const Member> members, std::span<Recording* const> recordings,
-             double timeout_s);
+             double timeout_s, const Window& window = {});
+  static int window_steps(const TimeSteps& steps);
+  /// First activation times (stride) ms of what was excited last, -1 where there is none.
+  std::vector<float> activation_times();
   /// What stands on the device when the loop has ended: activation, probes and the features of them.
   void finish(std::span<const Member> members, std::span<Recording* const> recordings);
   /// Ends members whose potentials the elliptic solver could not find.
@@ -71,6 +80,7 @@ struct Excitation {
   std::optional<Probes> probes;
   std::optional<Observation> observation;
   RecordingWriter writer;
+  bool coupled;  ///< cells and deforming tissue go through time together (solver/electromechanics.hpp)
   cl::Buffer parameters;
   double simulated_ms = 0, cell_updates = 0;
   int batches = 0;  ///< run so far: kernels of the first are compiled in it, the second is timed

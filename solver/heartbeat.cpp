@@ -10,14 +10,12 @@
 #include "solver/excitation.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/pv_output.hpp"
+#include "solver/tissue_places.hpp"
 
 namespace cohort {
 
 namespace {
 
-// Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
-// most.
-constexpr int steps_per_measure = 16;
 // A stretch of steps whose kernels are timed, behind the first looks: by then all are compiled.
 constexpr std::int64_t first_timed_step = 1024, timed_steps = 64;
 // As in kernels/solid_reduce.clh.
@@ -26,44 +24,6 @@ constexpr double smallest_volume_ratio = 0.02;
 constexpr int steps_per_look = 512;
 
 }  // namespace
-
-std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
-                                    std::span<const std::size_t> members) {
-  const SolidMesh& mesh = solid.mesh();
-  const Grid& coarse = solid.grid();
-  const Grid& fine = tissue.grid();
-  const int reach = 1 + static_cast<int>(std::ceil(coarse.dx_mm / fine.dx_mm));
-  std::vector<float> result(static_cast<std::size_t>(mesh.cells), -1.0f);
-  for (std::size_t m = 0; m < members.size(); ++m)
-    for (int i = mesh.cell_blocks[m] * SolidMesh::block; i < mesh.cell_blocks[m + 1] * SolidMesh::block;
-         ++i) {
-      if (mesh.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
-      const std::array<double, 3> centre = solid.centre(static_cast<std::size_t>(i));
-      std::array<std::int64_t, 3> at{};
-      std::array<double, 3> offset{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double place = (centre[axis] - fine.origin_mm[axis]) / fine.dx_mm;
-        at[axis] = static_cast<std::int64_t>(std::floor(place));
-        offset[axis] = place - 0.5;
-      }
-      double nearest = 1e30;
-      for (int dz = -reach; dz <= reach; ++dz)
-        for (int dy = -reach; dy <= reach; ++dy)
-          for (int dx = -reach; dx <= reach; ++dx) {
-            const std::array<std::int64_t, 3> cell = {at[0] + dx, at[1] + dy, at[2] + dz};
-            double distance = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-              distance += (static_cast<double>(cell[axis]) - offset[axis]) *
-                          (static_cast<double>(cell[axis]) - offset[axis]);
-            if (distance >= nearest) continue;
-            const auto place = tissue.cell_at(cell, members[m]);
-            if (!place || times[*place] < 0) continue;
-            nearest = distance;
-            result[static_cast<std::size_t>(i)] = times[*place];
-          }
-    }
-  return result;
-}
 
 Grid solid_grid(const Scene& scene, const Plan& plan) {
   const double dx = scene.parameters.value("grid.dx_mm"), coarse = solid_dx_mm(scene);
@@ -96,8 +56,20 @@ Heartbeat::Heartbeat(Launcher& launcher, const Scene& scene, const Plan& plan)
   if (scene.circulation) circulation_.emplace(launcher, scene, plan.members_per_device, samples_);
   if (scene.mechanics) {
     const Grid grid = solid_grid(scene, plan);
+    if (plan.activation == ActivationMethod::eikonal && TensionDrive::wanted(scene))
+      drive_.emplace(
+          launcher, scene,
+          scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}),
+          plan.members_per_device);
+    if (Electromechanics::wanted(scene, plan.activation))
+      coupling_.emplace(
+          launcher, scene,
+          scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}));
     solid_.emplace(launcher, scene, scene_definitions(scene, grid), grid, plan.members_per_device,
-                   plan.viscous);
+                   plan.viscous,
+                   drive_      ? drive_->options()
+                   : coupling_ ? Electromechanics::options(scene)
+                               : std::vector<std::string>());
     if (scene.displacement) points_.emplace(launcher, scene, *solid_);
   }
 }
@@ -110,20 +82,20 @@ void Heartbeat::upload(std::span<const Member> members) {
   launcher_.queue().enqueueWriteBuffer(parameters_, CL_TRUE, 0, packed.size(), packed.data());
 }
 
-void Heartbeat::run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation,
-                    double timeout_s) {
+void Heartbeat::run(std::span<const Member> members, std::span<Recording* const> recordings,
+                    Excitation* excitation, const TimeSteps& steps, double timeout_s) {
   const auto start = Clock::now();
   std::vector<std::size_t> beating;  // of the batch
   std::vector<Member> own;
   for (std::size_t m = 0; m < members.size(); ++m) {
-    if (recordings[m].outcome != Outcome::done) continue;
+    if (recordings[m]->outcome != Outcome::done) continue;
     if (const std::string why = scene_.circulation ? circulation_defect(scene_, members[m].values) : "";
         !why.empty()) {
-      reject(recordings[m], why);
+      reject(*recordings[m], why);
       continue;
     }
     if (const std::string why = law_defect(scene_, members[m].values); !why.empty()) {
-      reject(recordings[m], why);
+      reject(*recordings[m], why);
       continue;
     }
     beating.push_back(m);
@@ -133,13 +105,15 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
   upload(own);
   if (solid_) {
     solid_->build(parameters_, own);
+    if (drive_) drive_->prepare(own);
     std::vector<std::size_t> sound;
     std::vector<Member> moving;
     for (std::size_t k = 0; k < beating.size(); ++k) {
       std::string why = solid_->defect(k);
+      if (why.empty() && drive_) why = drive_->defect(k);
       if (why.empty() && points_) why = points_->defect(*solid_, k);
       if (!why.empty()) {
-        reject(recordings[beating[k]], why);
+        reject(*recordings[beating[k]], why);
         continue;
       }
       sound.push_back(beating[k]);
@@ -151,15 +125,17 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
       own = moving;
       upload(own);
       solid_->build(parameters_, own);
+      if (drive_) drive_->prepare(own);
     }
     if (points_) points_->begin(*solid_, beating.size());
-    if (excitation && excitation->eikonal)
-      solid_->activate(solid_activation(
-          *solid_, excitation->tissue,
-          excitation->eikonal->activation(excitation->tissue, std::numeric_limits<float>::max()), beating));
+    if (excitation && !excitation->coupled && !scene_.mechanics->tension.empty())
+      activate(own, beating, *excitation);
   }
   if (circulation_) circulation_->initialise(parameters_, static_cast<int>(beating.size()));
-  const bool late = solid_ ? beat_tissue(start, timeout_s) : beat_alone(start, timeout_s);
+  const bool late = coupling_
+                        ? beat_with_cells(members, recordings, beating, *excitation, steps, start, timeout_s)
+                    : solid_ ? beat_tissue(start, timeout_s)
+                             : beat_alone(start, timeout_s);
   const double share_s = seconds_since(start) / static_cast<double>(beating.size());
   std::vector<HeartStatus> status(beating.size());
   // Of the batch: (members, ...) each.
@@ -184,8 +160,9 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
   };
   const std::vector<double> state = solid_ ? solid_->state() : std::vector<double>();
   for (std::size_t k = 0; k < beating.size(); ++k) {
-    Recording& recording = recordings[beating[k]];
-    recording.device_s += share_s;
+    Recording& recording = *recordings[beating[k]];
+    if (recording.outcome != Outcome::done) continue;                     // its cells went wrong
+    recording.device_s = (coupling_ ? 0 : recording.device_s) + share_s;  // a march of both is in the share
     const std::span<const double> tissue =
         solid_ ? std::span(state).subspan(k * Solid::state_size, Solid::state_size)
                : std::span<const double>();
@@ -195,6 +172,19 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording> record
     keep(displacement, k, recording.displacement);
     store(own[k], k, late, status[k], tissue, recording);
   }
+}
+
+// Of each cell of the solid, the arrival time at its place or the nearest that a wave reaches, and what comes
+// behind it.
+void Heartbeat::activate(std::span<const Member> members, std::span<const std::size_t> of_tissue,
+                         Excitation& excitation) {
+  const std::vector<float> times = excitation.activation_times();
+  const std::vector<int> places = nearest_places(*solid_, excitation.tissue, times, of_tissue);
+  std::vector<float> own(places.size(), -1.0f);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i] >= 0) own[i] = times[static_cast<std::size_t>(places[i])];
+  solid_->activate(own);
+  if (drive_) drive_->connect(members, of_tissue, excitation.tissue, excitation.parameters, places, *solid_);
 }
 
 // A beat at a time, all in one launch.
@@ -209,27 +199,31 @@ bool Heartbeat::beat_alone(Clock::time_point start, double timeout_s) {
   return false;
 }
 
-bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
+void Heartbeat::step(std::int64_t number) {
   Solid& solid = *solid_;
-  for (std::int64_t step = 0;; ++step) {
-    if (step == first_timed_step) launcher_.profile(true);
-    if (step == first_timed_step + timed_steps) launcher_.profile(false);
-    const bool measured = step % steps_per_measure == 0,
-               sampled = measured || (step + 1) % steps_per_measure == 0;
-    solid.forces(parameters_);
-    if (measured) solid.measure(parameters_);  // behind the forces, whose tensions it reads
-    solid.predict(sampled);
-    if (circulation_)
-      solid.beat(parameters_, *circulation_, static_cast<int>(samples_), sampled, measured);
-    else
-      solid.load(measured);
-    solid.move();
-    if (points_) points_->sample(solid);
-    if ((step + 1) % steps_per_look != 0) {
-      if (step % steps_per_measure == 0) launcher_.queue().flush();
+  const bool measured = number % steps_per_measure == 0,
+             sampled = measured || (number + 1) % steps_per_measure == 0;
+  solid.forces(parameters_);
+  if (measured) solid.measure(parameters_);  // behind the forces, whose tensions it reads
+  solid.predict(sampled);
+  if (circulation_)
+    solid.beat(parameters_, *circulation_, static_cast<int>(samples_), sampled, measured);
+  else
+    solid.load(measured);
+  solid.move();
+  if (points_) points_->sample(solid);
+}
+
+bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
+  for (std::int64_t number = 0;; ++number) {
+    if (number == first_timed_step) launcher_.profile(true);
+    if (number == first_timed_step + timed_steps) launcher_.profile(false);
+    step(number);
+    if ((number + 1) % steps_per_look != 0) {
+      if (number % steps_per_measure == 0) launcher_.queue().flush();
       continue;
     }
-    const std::vector<double> state = solid.state();
+    const std::vector<double> state = solid_->state();
     bool running = false;
     for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size)
       running = running || state[k] == 0;

@@ -4,10 +4,12 @@
 #include <span>
 #include <vector>
 
+#include "solver/electromechanics.hpp"
 #include "solver/excitation.hpp"
 #include "solver/lumped_circulation.hpp"
 #include "solver/simulation.hpp"
 #include "solver/solid_points.hpp"
+#include "solver/tension_drive.hpp"
 
 namespace cohort {
 
@@ -32,19 +34,32 @@ class Heartbeat {
 
   /// Beats of members to their ends: pressures, volumes and their features into `recordings`. Members whose
   /// recording is not done (yet rejected, unstable) are left as they are. excitation: which activated these
-  /// members; null where nothing is excited.
-  void run(std::span<const Member> members, std::span<Recording> recordings, Excitation* excitation,
-           double timeout_s);
+  /// members, or will (Excitation::coupled), in steps of `steps`; null where nothing is excited.
+  void run(std::span<const Member> members, std::span<Recording* const> recordings, Excitation* excitation,
+           const TimeSteps& steps, double timeout_s);
 
   double simulated_ms() const { return simulated_ms_; }  ///< summed over members
 
  private:
   void upload(std::span<const Member> members);
+  void activate(std::span<const Member> members, std::span<const std::size_t> of_tissue,
+                Excitation& excitation);
   /// Both return whether the time was over first.
   bool beat_alone(Clock::time_point start, double timeout_s);
   bool beat_tissue(Clock::time_point start, double timeout_s);
+  /// Step `number` of all that beats; now and then it looks at cells and the speed of waves.
+  void step(std::int64_t number);
+  /// Cells and tissue together: solver/heartbeat_windows.cpp. all: of the batch, of which `beating` beat.
+  bool beat_with_cells(std::span<const Member> all, std::span<Recording* const> recordings,
+                       std::span<const std::size_t> beating, Excitation& excitation, const TimeSteps& steps,
+                       Clock::time_point start, double timeout_s);
+  bool step_until_all_wait(double window_ms, Clock::time_point start, double timeout_s);
   void store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
              std::span<const double> tissue, Recording& recording);
+
+  // Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
+  // most.
+  static constexpr int steps_per_measure = 16;
 
   Launcher& launcher_;
   const Scene& scene_;
@@ -52,6 +67,8 @@ class Heartbeat {
   std::optional<LumpedCirculation> circulation_;
   std::optional<Solid> solid_;
   std::optional<SolidPoints> points_;
+  std::optional<TensionDrive> drive_;  ///< where templates drive the tension
+  std::optional<Electromechanics> coupling_;
   cl::Buffer parameters_;
   double simulated_ms_ = 0;
 };

@@ -201,6 +201,19 @@ void declare_mechanics(Scene& scene) {
   table.add(dx);
   if (scene.geometry == GeometryKind::labels) declare_planes(scene);
   if (!scene.circulation) declare_load(scene);
+  if (!scene.mechanics->tension.empty() &&
+      read_tension(scene.mechanics->tension).drive != MaterialFile::Drive::none) {
+    Parameter beats{root + "drive_beats",
+                    "1",
+                    1,
+                    1,
+                    1000,
+                    "paced beats of a cell from rest, of which the last one's potential or calcium drives "
+                    "the tension behind arrival times",
+                    "1: as the templates of the ECG"};
+    beats.structural = true;
+    table.add(beats);
+  }
   const std::vector<Group> all = groups(*scene.mechanics);
   for (const Group& group : all)
     for (Parameter p : group.parameters) {

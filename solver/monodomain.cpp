@@ -104,7 +104,7 @@ void Monodomain::build_kernels() {
     return files;
   };
   std::vector<std::string> setup_options = definitions_.options;
-  if (scene_.activation) setup_options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 0) setup_options.push_back("ACTIVATION");
   if (activation_fields(scene_) > 1) setup_options.push_back("BEATS");
   if (heterogeneous_) setup_options.push_back("HETEROGENEOUS");
   setup_options.push_back("STATES=" + std::to_string(models_.states()));
@@ -122,8 +122,9 @@ void Monodomain::build_kernels() {
   options.push_back("MEMBERS=" + std::to_string(members_per_batch_));
   options.push_back("DERIVED_CONSTANTS=" + std::to_string(models_.derived()));
   if (constants_by_value_) options.push_back("DERIVED_BY_VALUE");
-  if (scene_.activation) options.push_back("ACTIVATION");
+  if (activation_fields(scene_) > 0) options.push_back("ACTIVATION");
   if (activation_fields(scene_) > 1) options.push_back("BEATS");
+  if (scene_.stretch_activated) options.push_back("STRETCH_ACTIVATED");
   // Measured on an H200 with one state: 65 % of the triad with 40 registers, 62 % with what the compiler
   // takes. With the 18 states of ten Tusscher-Panfilov cells and constants from a buffer, ptxas takes 162,
   // and spills 152 bytes at 96; with constants by value it takes 80 of itself.
@@ -153,7 +154,7 @@ std::size_t Monodomain::bytes(const Scene& scene, std::span<const Member> member
   const std::size_t of_member =
       (models.derived() + 1 + std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers) * real;
   constexpr std::size_t perhaps_empty = 6;  // buffers
-  return n * (real * (3 + models.states() + 6 + fields) +
+  return n * (real * (3 + models.states() + 6 + fields + (scene.stretch_activated ? 1 : 0)) +
               static_cast<std::size_t>(activation_fields(scene)) * sizeof(float) +
               (scene.stimuli.empty() ? 0 : 1) + (models.all().size() > 1 ? 1 : 0)) +
          static_cast<std::size_t>(batch) * of_member + perhaps_empty * Device::least_bytes;
@@ -188,8 +189,12 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
     activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float));
     stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
     model_of_ = device.allocate(models_.all().size() > 1 ? n : 0);
+    if (scene_.stretch_activated) stretch_rate_ = device.allocate(n * real);
     fields_allocated_ = -1;
   }
+  if (scene_.stretch_activated)
+    launcher_.queue().enqueueFillBuffer(stretch_rate_, cl_uchar{0}, 0,
+                                        static_cast<std::size_t>(tissue.stride) * real);
   if (fields_ > fields_allocated_) {
     fields_allocated_ = fields_;
     derived_fields_ =
@@ -276,7 +281,7 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
 void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
   const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
   const cl::Buffer* before = &potential_[current_];
-  if (substeps_ > 1 && scene_.activation) {
+  if (substeps_ > 1 && activation_fields(scene_) > 0) {
     launcher_.queue().enqueueCopyBuffer(potential_[current_], before_, 0, 0,
                                         static_cast<size_t>(tissue.stride) * real_bytes(scene_.precision));
     before = &before_;
@@ -312,8 +317,9 @@ void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double
     launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
               bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,
               tissue.inverse_capacity, tissue.neighbours, tissue.member_of, derived, derived_fields_,
-              model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters, tissue.stride,
-              Real{dt_diffusion}, Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
+              model_of_, activation_, stimulated_by_, stimuli_buffer_, parameters,
+              scene_.stretch_activated ? stretch_rate_ : derived_fields_, tissue.stride, Real{dt_diffusion},
+              Real{dt_ms_}, Real{whole}, Real{time_ms - whole});
   };
   if (constants_by_value_)
     step(constants_);

@@ -51,6 +51,8 @@ class Monodomain {
   const cl::Buffer& activation() const { return activation_; }
   /// (stride) bit k where stimulus k acts.
   const std::vector<std::uint8_t>& stimulated_by() const { return stimulated_by_host_; }
+  /// (stride) 1/ms, what stretch-activated channels add (kernels/monodomain.cl); 0 after assemble().
+  const cl::Buffer& stretch_rate() const { return stretch_rate_; }
   double dt_ms() const { return dt_ms_; }
   /// The same mask and the stimuli's numbers (members, stimuli, stimulus_numbers) on the device.
   const cl::Buffer& stimulated_by_mask() const { return stimulated_by_; }
@@ -99,7 +101,7 @@ class Monodomain {
   std::vector<std::uint8_t> stimulated_by_host_;
 
   cl::Buffer potential_[2], states_, stencil_, derived_, derived_fields_, fastest_rate_buffer_, activation_,
-      stimulated_by_, stimuli_buffer_, model_of_;
+      stimulated_by_, stimuli_buffer_, model_of_, stretch_rate_;
   cl::Buffer stage_;   ///< first stage of a diffusion step
   cl::Buffer before_;  ///< potential at the start of a step and while it is closed; with substeps only
   int before_capacity_ = 0;

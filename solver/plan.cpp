@@ -10,6 +10,7 @@
 #include "solver/bidomain.hpp"
 #include "solver/circulation.hpp"
 #include "solver/eikonal_activation.hpp"
+#include "solver/electromechanics.hpp"
 #include "solver/forward_ecg.hpp"
 #include "solver/heartbeat.hpp"
 #include "solver/heterogeneity.hpp"
@@ -60,6 +61,9 @@ std::pair<std::size_t, std::string> without_velocity(const Scene& scene, std::sp
 std::string projection_refusal(const Scene& scene, const Member& base, std::span<const Member> members) {
   if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
     return "activation: eikonal keeps no potentials, which outputs.ecg.method: forward needs";
+  if (scene.stretch_activated)
+    return "activation: eikonal has no potential on which electrophysiology.stretch_activated could act; "
+           "reaction_eikonal, monodomain and bidomain have";
   std::string why = EikonalActivation::refusal(scene);
   if (why.empty()) why = TemplateEcg::refusal(scene);
   if (!why.empty()) return why;
@@ -457,7 +461,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
       (monodomain.bytes_per_cell_step() + monodomain.bytes_per_cell_stage() * (2 * steps.substeps - 1));
   const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
                                  2 * launch_s * steps.substeps);
-  plan.seconds_per_member = plan.steps * step_s / batch;
+  const int beats = Electromechanics::wanted(scene, plan.activation) && scene.beats ? most_beats(scene) : 1;
+  plan.seconds_per_member = beats * plan.steps * step_s / batch + solid.seconds_per_member;
   // What one V-cycle and its step of conjugate gradients move and launch; the numbers of V-cycles are those
   // of configs/bidomain.yaml and of the forward ECG's test.
   constexpr double reals_per_cell = 60, launches = 50, cycles_per_step = 6, cycles_per_sample = 6;

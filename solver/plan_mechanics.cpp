@@ -7,12 +7,14 @@
 #include <stdexcept>
 
 #include "solver/circulation.hpp"
+#include "solver/electromechanics.hpp"
 #include "solver/heartbeat.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/plan_memory.hpp"
 #include "solver/precision.hpp"
 #include "solver/solid_points.hpp"
 #include "solver/solid_walls.hpp"
+#include "solver/tension_drive.hpp"
 
 namespace cohort {
 
@@ -150,6 +152,29 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
   return plan;
 }
 
+// A tension that the cells drive needs cells that a wave excites, and time.
+static void check_drive(const Scene& scene, const MechanicsText& text) {
+  if (scene.stretch_activated && !excites(scene))
+    throw std::invalid_argument(
+        "electrophysiology.stretch_activated: nothing excites the tissue: there are neither stimuli nor a "
+        "conduction system");
+  if (scene.stretch_activated && scene.mechanics->quasi_static)
+    throw std::invalid_argument(
+        "electrophysiology.stretch_activated: cells and tissue go through time together, which "
+        "mechanics.quasi_static: true does not have");
+  if (!TensionDrive::wanted(scene)) return;
+  const std::string driven = "mechanics.tension: " + scene.mechanics->tension + " follows the cells' " +
+                             (text.tension.drive == MaterialFile::Drive::calcium ? "calcium" : "potential");
+  if (!excites(scene))
+    throw std::invalid_argument(
+        driven +
+        ", and nothing excites them: neither stimuli nor a conduction system; twitch and constant need none");
+  if (scene.mechanics->quasi_static)
+    throw std::invalid_argument(driven + " in time, which mechanics.quasi_static: true does not have");
+  const double beats = scene.parameters.value("mechanics.drive_beats");
+  if (beats != std::floor(beats)) throw std::invalid_argument("mechanics.drive_beats is no whole number");
+}
+
 SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const Member> members,
                         const Member& base, int batch, Plan& plan) {
   SolidPlan result;
@@ -163,21 +188,22 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     if (scene.circulation && scene.mechanics->cavities.empty())
       throw std::invalid_argument(
           "mechanics.cavities: beside a circulation some chamber is tissue; name it, or leave mechanics out");
-    if (!scene.mechanics->tension.empty() && excites(scene) && plan.activation != ActivationMethod::eikonal)
-      throw std::invalid_argument(
-          "electrophysiology.activation: tissue that deforms follows the arrival times of eikonal; " +
-          method_name(plan.activation) + " does not reach it yet");
-    if (!scene.mechanics->tension.empty() && text.tension.drive != MaterialFile::Drive::none)
-      throw std::invalid_argument(
-          "mechanics.tension: " + scene.mechanics->tension + " is driven by the cells' " +
-          (text.tension.drive == MaterialFile::Drive::calcium ? "calcium" : "potential") +
-          ", which tissue that deforms does not get yet; twitch follows the activation times");
+    check_drive(scene, text);
     Device& device = launcher.device();
     const Grid grid = solid_grid(scene, plan);
     plan.viscous = viscous(scene, base.values) ||
                    std::any_of(members.begin(), members.end(),
                                [&](const Member& member) { return viscous(scene, member.values); });
-    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous);
+    const bool coupled = Electromechanics::wanted(scene, plan.activation);
+    std::optional<TensionDrive> drive;
+    if (plan.activation == ActivationMethod::eikonal && TensionDrive::wanted(scene))
+      drive.emplace(
+          launcher, scene,
+          scene_definitions(scene, {plan.cells, plan.origin_mm, scene.parameters.value("grid.dx_mm")}), 1);
+    Solid solid(launcher, scene, scene_definitions(scene, grid), grid, 1, plan.viscous,
+                drive     ? drive->options()
+                : coupled ? Electromechanics::options(scene)
+                          : std::vector<std::string>());
     const std::vector<std::byte> packed = pack(base.values, scene.precision);
     const cl::Buffer parameters = device.allocate(packed.size());
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
@@ -207,7 +233,8 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     std::vector<std::string> kernels = {"solid_parts", "solid_vertex_voids", "solid_fibres"};
     if (scene.geometry == GeometryKind::labels) kernels = {"solid_label_fibres"};
     if (!plan.viscous && !scene.mechanics->quasi_static)
-      for (const char* name : {"solid_wave_start", "solid_wave_cells", "solid_wave_nodes", "solid_wave_member"})
+      for (const char* name :
+           {"solid_wave_start", "solid_wave_cells", "solid_wave_nodes", "solid_wave_member"})
         kernels.emplace_back(name);
     for (const char* name : {"solid_measure", "solid_bound", "solid_forces", "solid_predict",
                              scene.circulation ? "solid_beat" : "solid_load", "solid_move"})
@@ -219,6 +246,22 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
            static_cast<std::size_t>(batch) * bytes_of_member(solid, launcher, scene, members) +
                (scene.displacement ? SolidPoints::bytes(scene, batch) : 0) +
                (scene.circulation ? 0 : Heartbeat::bytes(scene, batch)));
+    module("tension drive", drive.has_value(),
+           drive ? "mechanics.tension: " + scene.mechanics->tension + " by single cells behind arrival times"
+           : coupled && TensionDrive::wanted(scene) ? "the cells themselves drive the tension"
+                                                    : "activation times alone drive the tension",
+           {"run_drives"}, drive ? TensionDrive::bytes(scene, batch) : 0);
+    std::string together = "activation times are enough";
+    if (coupled && TensionDrive::wanted(scene))
+      together = "mechanics.tension: " + scene.mechanics->tension + " follows the cells in windows of 1 ms";
+    if (coupled && scene.stretch_activated)
+      together = (TensionDrive::wanted(scene) ? together + "; " : std::string()) +
+                 "electrophysiology.stretch_activated: stretch acts on the cells every 1 ms";
+    module(
+        "electromechanics", coupled, together,
+        {"bring_drive", "bring_activation", "bring_stretch", "solid_release"},
+        static_cast<std::size_t>(batch) * Electromechanics::bytes(scene, static_cast<std::size_t>(mesh.cells),
+                                                                  plan.segments * Tissue::lanes));
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
   }

@@ -96,7 +96,7 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
   options.push_back("WIDTH=" + std::to_string(width_));
   options.push_back("STIMULI=" + std::to_string(stimuli));
   options.push_back("PASSIVE_LIFT_ms=" + std::to_string(trigger_length_ms));
-  if (scene.activation) options.push_back("ACTIVATION");
+  if (activation_fields(scene) > 0) options.push_back("ACTIVATION");
   if (activation_fields(scene) > 1) options.push_back("BEATS");
   const cl::Program program =
       device.build({"segments.clh", "stimulus.clh", "diffusion.clh", "reaction_eikonal.cl"}, options,

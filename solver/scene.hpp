@@ -156,6 +156,7 @@ struct Scene {
   ActivationMethod activation_method = ActivationMethod::automatic;
   std::vector<Stimulus> stimuli;
   std::optional<ConductionSystem> conduction_system;  ///< geometry `heart` only
+  bool stretch_activated = false;  ///< a current of stretched cells: electrophysiology.stretch_activated.*
   TorsoKind torso = TorsoKind::cylinder;
   Precision precision = Precision::single_;
   std::optional<EcgRequest> ecg;
@@ -177,9 +178,10 @@ inline bool excites(const Scene& scene) {
 }
 
 /// Fields of a cell that the scene's activation times take: none, the first time, or with beats the latest
-/// and the number of activations too.
+/// and the number of activations too. A tension waits for the first as an output does.
 inline int activation_fields(const Scene& scene) {
-  return !scene.activation ? 0 : scene.activation->beats ? 3 : 1;
+  if (scene.activation) return scene.activation->beats ? 3 : 1;
+  return scene.mechanics && !scene.mechanics->tension.empty() ? 1 : 0;
 }
 
 /// Fills scene.parameters with everything the scene's structure holds, at defaults: grid, time, geometry,

@@ -28,10 +28,18 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       s.excitation->prepare(members);
       s.launcher.profile(false);
       s.launcher.queue().finish();
-      s.excitation->run(members, recordings, start, timeout_s);
+      Excitation::Beat beat;
+      if (s.heartbeat)
+        beat = [&](std::span<const Member> own, std::span<Recording* const> own_recordings,
+                   const TimeSteps& steps) {
+          s.heartbeat->run(own, own_recordings, &*s.excitation, steps, timeout_s);
+        };
+      s.excitation->run(members, recordings, start, timeout_s, beat);
+    } else {
+      std::vector<Recording*> all;
+      for (Recording& recording : recordings) all.push_back(&recording);
+      s.heartbeat->run(members, all, nullptr, {}, timeout_s);
     }
-    if (s.heartbeat)
-      s.heartbeat->run(members, recordings, s.excitation ? &*s.excitation : nullptr, timeout_s);
   } catch (const std::runtime_error& error) {
     // Lead fields that do not converge, a heart too large for the memory: one member's matter. Of several
     // the culprit is not known; each is tried alone.

@@ -37,7 +37,7 @@ std::vector<cl_ushort> members_of_blocks(const std::vector<int>& blocks, int cou
 }  // namespace
 
 Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid,
-             int members, bool viscous)
+             int members, bool viscous, const std::vector<std::string>& more)
     : launcher_(launcher),
       scene_(scene),
       grid_(grid),
@@ -83,11 +83,14 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
     stepping.generated += "#define CIRCULATION_SINGLE\n";
   }
   parts.emplace_back("solid.clh");
+  parts.emplace_back("tension_drive.clh");
+  const bool windows = std::find(more.begin(), more.end(), "WINDOWS=1") != more.end();
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_nodes.cl", "solid_cells.cl",
                            "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
+  if (windows) parts.emplace_back("solid_windows.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
              "CAVITIES=" + std::to_string(scene.mechanics->cavities.size()),
@@ -97,6 +100,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
              std::string("BEATS=") + (beats ? "1" : "0")};
   options.emplace_back(std::string("ENERGY=") + (balances_ ? "1" : "0"));
   if (viscous) options.emplace_back("VISCOUS");
+  options.insert(options.end(), more.begin(), more.end());
   program_ = stepping.build(device, parts, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
@@ -105,6 +109,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
   move_ = launcher.handle(program_, "solid_move");
   measure_ = launcher.handle(program_, "solid_measure");
+  if (windows) release_ = launcher.handle(program_, "solid_release");
   bound_ = launcher.handle(program_, "solid_bound");
   if (balances_) find_dashpots_ = launcher.handle(program_, "solid_dashpots");
   if (viscous) return;  // its step is bounded cell by cell
@@ -293,6 +298,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   volume_ = reals(std::vector<double>(n(mesh_.items / SolidMesh::block), 0));
   cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
   activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
+  drive_ = drive_column_ = reals({});
   std::vector<double> tension(n(tension_states_ + (balances_ ? 4 : 2)) * n(mesh_.cells), 0);
   for (int k = 0; k < (balances_ ? 4 : 2); k += 2)
     std::fill_n(tension.begin() + (tension_states_ + k) * mesh_.cells, mesh_.cells, 1.0);  // stretch
@@ -344,6 +350,22 @@ void Solid::activate(const std::vector<float>& times) {
   activation_ = reals(std::vector<double>(times.begin(), times.end()));
 }
 
+void Solid::release(double time_ms) {
+  const double whole = std::floor(time_ms);
+  launcher_.counted(release_, static_cast<std::size_t>(members_), 0, state_, Real{whole},
+                    Real{time_ms - whole}, odd_);
+}
+
+void Solid::drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock) {
+  drive_ = values;
+  drive_column_ = column;
+  drive_clock_ = clock;
+}
+
+void Solid::drive(const cl::Buffer& values, const std::vector<double>& column, const Real4& clock) {
+  drive(values, reals(column), clock);
+}
+
 void Solid::forces(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells);
   const std::size_t items = scene_.mechanics->cavities.empty() ? 0 : static_cast<std::size_t>(mesh_.items);
@@ -361,7 +383,7 @@ void Solid::forces(const cl::Buffer& parameters) {
       item_share_, item_faces_, position_, lid_, gradient_, volume_,
       cl::Local(gpu ? real_bytes(scene_.precision) * static_cast<std::size_t>(mesh_.most_slots) * 6 : 8),
       mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots), mesh_.most_slots, Real{grid_.dx_mm},
-      odd_);
+      odd_, drive_, drive_column_, drive_clock_);
 }
 
 void Solid::predict(bool measured) {
@@ -398,7 +420,8 @@ void Solid::beat(const cl::Buffer& parameters, const LumpedCirculation& circulat
             item_blocks_, cavity_ends_, inflation_, damping_, state_, circulation.states(),
             circulation.statuses(), circulation.clock(), circulation.pressure_buffer(),
             circulation.volume_buffer(), circulation.at_most(), samples, mesh_.nodes / SolidMesh::block,
-            mesh_.cells / SolidMesh::block, sampled ? 1 : 0, measured ? 1 : 0, Real{grid_.dx_mm}, Real{courant}, odd_);
+            mesh_.cells / SolidMesh::block, sampled ? 1 : 0, measured ? 1 : 0, Real{grid_.dx_mm},
+            Real{courant}, odd_);
 }
 
 void Solid::move() {
@@ -507,6 +530,12 @@ std::size_t Solid::bytes() const {
 
 std::vector<double> Solid::displacement() {
   return read(u_, 3 * static_cast<std::size_t>(mesh_.nodes));
+}
+std::vector<double> Solid::tensions() {
+  const auto cells = static_cast<std::size_t>(mesh_.cells),
+             states = static_cast<std::size_t>(tension_states_);
+  const std::vector<double> all = read(tension_, (states + 2) * cells);
+  return {all.end() - mesh_.cells, all.end()};
 }
 std::vector<double> Solid::velocity() {
   return read(v_, 3 * static_cast<std::size_t>(mesh_.nodes));

@@ -21,9 +21,9 @@ enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
 class Solid {
  public:
   /// grid: of the mechanics; its definitions (NX, NY, NZ) must be those of `definitions`.
-  /// viscous: whether some member's tissue is.
+  /// viscous: whether some member's tissue is. more: -D options, of what drives its tension.
   Solid(Launcher& launcher, const Scene& scene, const Definitions& definitions, const Grid& grid, int members,
-        bool viscous = false);
+        bool viscous = false, const std::vector<std::string>& more = {});
 
   /// Geometry, fibres, supports of `members`, whose blocks stand in `parameters`; everything at rest.
   void build(const cl::Buffer& parameters, std::span<const Member> members);
@@ -34,6 +34,11 @@ class Solid {
 
   /// Activation times of the cells in the order of mesh(), ms; negative without.
   void activate(const std::vector<float>& times);
+  /// What drives the tension from now on: kernels/tension_drive.clh.
+  /// Members that wait go on to time_ms since the first beat's begin (kernels/solid_windows.cl).
+  void release(double time_ms);
+  void drive(const cl::Buffer& values, const cl::Buffer& column, const Real4& clock);
+  void drive(const cl::Buffer& values, const std::vector<double>& column, const Real4& clock);
   void forces(const cl::Buffer& parameters);
   /// sampled: of a beating heart kinetic energy and that of springs as well.
   void predict(bool sampled);
@@ -69,6 +74,10 @@ class Solid {
   const cl::Program& program() const { return program_; }
   const cl::Buffer& states() const { return state_; }
   const cl::Buffer& displacements() const { return u_; }
+  const cl::Buffer& activations() const { return activation_; }
+  /// (states of the law + 2, cells): behind the states the stretch, then the tension.
+  const cl::Buffer& tension_states() const { return tension_; }
+  int first_stretch() const { return tension_states_ * mesh_.cells; }
   const Grid& grid() const { return grid_; }
   /// State of the members (members, state_size), kernels/solid.clh.
   std::vector<double> state();
@@ -78,6 +87,8 @@ class Solid {
   /// Fibres, then wall normals where the law reads them: (points, 3, cells) each.
   std::vector<double> directions();
   std::vector<double> velocity();
+  /// Tension of the cells as forces() found it, kPa.
+  std::vector<double> tensions();
   void set_motion(const std::vector<double>& displacement, const std::vector<double>& velocity);
   /// Where a material point of a member lies: nodes and weights of its cell, or of the nearest one.
   struct Place {
@@ -133,6 +144,10 @@ class Solid {
     dissipated,
     balanced_work,
     balance_end = balanced_work + 3,
+    window_end,
+    waits,
+    held_step,
+    held_behind,
     state_size
   };
 
@@ -165,9 +180,10 @@ class Solid {
       position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
       node_slots_, cavity_block_, cavity_ends_, moving_, pulls_, inverse_mass_, support_of_, support_,
       cavity_of_, cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_,
-      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_, dashpots_;
+      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_, dashpots_, drive_, drive_column_;
+  Real4 drive_clock_{};
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
-      find_dashpots_, wave_start_, wave_cells_, wave_nodes_, wave_member_;
+      wave_start_, wave_cells_, wave_nodes_, wave_member_, find_dashpots_, release_;
 };
 
 }  // namespace cohort

@@ -14,34 +14,9 @@ namespace cohort {
 
 namespace {
 
-const std::string slopes = "electrophysiology.heterogeneity.";
-
-// tests/unit/eikonal_activation.cpp measures what they cost in accuracy.
-constexpr int columns_of_a_range = 24;
+// tests/unit/eikonal_activation.cpp measures what it costs in accuracy.
 constexpr double longest_spacing_ms = 0.25;
 constexpr double foot_ms = 6;  ///< of the upstroke below the threshold
-
-/// Least and largest change of the varying parameter over a wall. The apico-basal coordinate leaves [0, 1] in
-/// the apex and in the right outflow.
-std::array<double, 2> range_of_change(const Scene& scene, const std::string& name,
-                                      std::span<const double> values) {
-  const auto slope = [&](const char* basis) {
-    const int i = scene.parameters.find(slopes + name + "." + basis);
-    return i < 0 ? 0.0 : values[static_cast<size_t>(i)];
-  };
-  constexpr double lowest = -0.7, highest = 1.1;  // of apico-basal - 1/2
-  const double wall = 0.5 * std::abs(slope("transmural")),
-               around = std::hypot(slope("lateral"), slope("anterior"));
-  const auto [apex, base] = std::minmax({lowest * slope("apico_basal"), highest * slope("apico_basal")});
-  const auto [least, most] = std::minmax({slope("endocardial"), slope("midmyocardial"), slope("epicardial")});
-  return {-wall - around + apex + least, wall + around + base + most};
-}
-
-int parameter_of(const CellModel& model, const std::string& name) {
-  for (size_t k = 0; k < model.parameters.size(); ++k)
-    if (model.parameters[k].path == name) return static_cast<int>(k);
-  return -1;
-}
 
 template <typename T>
 void upload_ints(cl::CommandQueue& queue, const cl::Buffer& buffer, const std::vector<T>& numbers) {
@@ -60,23 +35,6 @@ std::string TemplateEcg::refusal(const Scene& scene) {
   return "activation: eikonal takes action potential templates, which are tabulated over one cell parameter "
          "that varies through walls, and here are " +
          std::to_string(scene.heterogeneity.parameters.size()) + "; reaction_eikonal takes any number";
-}
-
-TemplateEcg::Columns TemplateEcg::columns_of(const Scene& scene) {
-  const std::vector<bool> varies = heterogeneous_regions(scene);
-  const CellModels models(scene);
-  Columns columns;
-  for (size_t r = 0; r < scene.regions.size(); ++r) {
-    columns.first.push_back(columns.total);
-    int count = scene.regions[r].excitable ? 1 : 0;
-    if (count > 0 && varies[r] &&
-        parameter_of(models.all()[static_cast<size_t>(models.of_region()[r])],
-                     scene.heterogeneity.parameters.front()) >= 0)
-      count = columns_of_a_range;
-    columns.count.push_back(count);
-    columns.total += count;
-  }
-  return columns;
 }
 
 TemplateEcg::Extents TemplateEcg::extents_of(const Device& device, const Scene& scene) {
@@ -105,7 +63,7 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
       interval_ms_(sampling_interval_ms(scene)) {
   if (const std::string why = refusal(scene); !why.empty()) throw std::invalid_argument(why);
   Device& device = launcher.device();
-  columns_ = columns_of(scene);
+  columns_ = template_columns(scene);
   const Extents extents = extents_of(device, scene);
   samples_ = extents.samples;
   phases_ = extents.phases;
@@ -124,8 +82,9 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
     for (size_t r = 0; r < scene.regions.size(); ++r)
       if (models_.of_region()[r] == static_cast<int>(k)) cells += static_cast<std::size_t>(columns_.count[r]);
     cells *= members;
-    const cl::Program program = device.build(
-        {"gates.clh", "cells/" + model.name + ".cl", "template_cells.cl"}, options, model.macros());
+    const cl::Program program =
+        device.build({"gates.clh", "cells/" + model.name + ".cl", "template_cell.clh", "template_cells.cl"},
+                     options, model.macros());
     runs_.push_back({device.allocate(cells * model.parameters.size() * real),
                      device.allocate(cells * sizeof(int)), device.allocate(cells * real),
                      device.allocate(cells * real), device.allocate(cells * sizeof(int)),
@@ -157,26 +116,7 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
 
   if (scene.heterogeneity.parameters.empty()) return;
   range_ = device.allocate(members * regions * 2 * real);
-  options = definitions.options;
-  options.push_back("HETEROGENEOUS");
-  options.push_back("REGIONS=" + std::to_string(regions));
-  options.push_back("VARYING=P_" + scene.heterogeneity.parameters.front());
-  const auto table = [](const std::string& name, const auto& numbers) {
-    std::string text = "constant int " + name + "[] = {";
-    for (const auto number : numbers) text += std::to_string(static_cast<int>(number)) + ",";
-    return text + "};\n";
-  };
-  const std::vector<bool> varies = heterogeneous_regions(scene);
-  std::vector<std::string> files = {"segments.clh", "heterogeneity.clh"};
-  const std::vector<int> no_field(models_.derived(), -1);
-  for (const std::string& part : models_.parts(scene, "template_columns.clh", no_field))
-    files.push_back(part);
-  files.emplace_back("template_columns.cl");
-  columns_kernel_ = launcher.handle(
-      device.build(files, options,
-                   definitions.generated + table("region_model", models_.of_region()) +
-                       table("region_cell_first", regions_.cell_first) + table("region_varies", varies)),
-      "template_columns");
+  columns_kernel_ = template_columns_kernel(launcher, scene, definitions);
 }
 
 std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int members, std::int64_t stride) {
@@ -184,7 +124,7 @@ std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int mem
   const auto n = static_cast<std::size_t>(stride);
   const Extents extents = extents_of(device, scene);
   const auto row = static_cast<std::size_t>(extents.row);
-  const Columns columns = columns_of(scene);
+  const TemplateColumns columns = template_columns(scene);
   const CellModels models(scene);
   std::size_t runs = 0;  // parameters of the cells that are run
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
@@ -200,56 +140,10 @@ std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int mem
 
 // The table, unless it is that of the last batch: cells whose parameters differ between regions and columns.
 void TemplateEcg::run_cells(std::span<const Member> members) {
-  const ParameterTable& table = scene_.parameters;
-  const auto threshold_of = [&](const Member& member) {
-    return member.values[static_cast<size_t>(table.index("electrophysiology.activation_threshold_mV"))];
-  };
-  struct Batch {
-    std::vector<double> parameters, threshold, reference;
-    std::vector<int> columns;
-  };
-  std::vector<Batch> batches(models_.all().size());
   std::vector<double> ranges, all;
-  for (size_t m = 0; m < members.size(); ++m) {
-    double reference = 0;
-    bool first = true;
-    for (size_t r = 0; r < scene_.regions.size(); ++r) {
-      if (columns_.count[r] == 0) {
-        ranges.insert(ranges.end(), {0, 0});
-        continue;
-      }
-      const auto k = static_cast<size_t>(models_.of_region()[r]);
-      const CellModel& model = models_.all()[k];
-      const auto begin = members[m].values.begin() + regions_.cell_first[r];
-      std::vector<double> p(begin, begin + static_cast<std::ptrdiff_t>(model.parameters.size()));
-      if (first) reference = p[static_cast<size_t>(model.rest)];
-      first = false;
-      double low = 0, high = 0;
-      int varying = -1;
-      if (columns_.count[r] > 1) {
-        const std::string& name = scene_.heterogeneity.parameters.front();
-        varying = parameter_of(model, name);
-        const double own = p[static_cast<size_t>(varying)];
-        const Parameter& declared = model.parameters[static_cast<size_t>(varying)];
-        const auto change = range_of_change(scene_, name, members[m].values);
-        const auto within = [&](double value) {
-          return std::clamp(value, std::min(declared.lower, own), std::max(declared.upper, own));
-        };
-        low = within(own + change[0]);
-        high = within(own + change[1]);
-      }
-      ranges.insert(ranges.end(), {low, high});
-      for (int c = 0; c < columns_.count[r]; ++c) {
-        if (varying >= 0) p[static_cast<size_t>(varying)] = low + (high - low) * c / (columns_.count[r] - 1);
-        Batch& batch = batches[k];
-        batch.parameters.insert(batch.parameters.end(), p.begin(), p.end());
-        batch.threshold.push_back(threshold_of(members[m]));
-        batch.reference.push_back(reference);
-        batch.columns.push_back(static_cast<int>(m) * columns_.total + columns_.first[r] + c);
-      }
-    }
-  }
-  for (const Batch& batch : batches) {
+  const std::vector<TemplateCells> batches =
+      template_cells(scene_, models_, regions_, columns_, members, ranges);
+  for (const TemplateCells& batch : batches) {
     all.insert(all.end(), batch.parameters.begin(), batch.parameters.end());
     all.insert(all.end(), batch.threshold.begin(), batch.threshold.end());
   }
@@ -261,7 +155,7 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
   if (all == last_cells_) return;
   silent_.assign(members.size(), {});
   for (size_t k = 0; k < batches.size(); ++k) {
-    const Batch& batch = batches[k];
+    const TemplateCells& batch = batches[k];
     Runs& runs = runs_[k];
     for (const auto& [buffer, numbers] :
          {std::pair{&runs.parameters, &batch.parameters}, std::pair{&runs.threshold, &batch.threshold},
@@ -281,13 +175,7 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
       if (silent[c] == 0) continue;
       const auto m = static_cast<size_t>(batch.columns[c] / columns_.total);
       const int column = batch.columns[c] % columns_.total;
-      std::size_t r = 0;
-      while (column < columns_.first[r] || column >= columns_.first[r] + columns_.count[r]) ++r;
-      std::ostringstream text;
-      text << "cells of region \"" << scene_.regions[r].name
-           << "\" do not rise through electrophysiology.activation_threshold_mV (" << batch.threshold[c]
-           << ") when they are stimulated: they have no action potential";
-      silent_[m] = text.str();
+      silent_[m] = silent_column(scene_, columns_, column, batch.threshold[c]);
     }
   }
   last_cells_ = std::move(all);

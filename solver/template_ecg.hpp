@@ -8,6 +8,7 @@
 #include "solver/cell_models.hpp"
 #include "solver/electrophysiology.hpp"
 #include "solver/lead_weights.hpp"
+#include "solver/template_cells.hpp"
 
 namespace cohort {
 
@@ -35,12 +36,6 @@ class TemplateEcg {
   static std::size_t bytes(const Device& device, const Scene& scene, int members, std::int64_t stride);
 
  private:
-  /// A column of the table: a region, and its value of the varying parameter.
-  struct Columns {
-    std::vector<int> first, count;  ///< by region; count 0 where it is not excitable
-    int total = 0;
-  };
-  static Columns columns_of(const Scene& scene);
   /// Extents of the table in time.
   struct Extents {
     std::size_t group;
@@ -54,7 +49,7 @@ class TemplateEcg {
   const Scene& scene_;
   CellModels models_;
   RegionParameters regions_;
-  Columns columns_;
+  TemplateColumns columns_;
   int members_per_batch_, width_;
   std::size_t group_;  ///< work-items of a group, each at so many samples as a vector has lanes
   int samples_, phases_, row_;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solver/excitation.hpp"
 #include "solver/pv_output.hpp"
@@ -35,7 +36,7 @@ void Excitation::advance(double time_ms, const TimeSteps& steps, bool first) {
 // Nothing in it waits for the device but the fetch of samples that were taken one fetch ago, and the turns to
 // and from the profiling queue, one fetch in sixteen.
 void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
-                       std::span<Recording* const> recordings, double timeout_s) {
+                       std::span<Recording* const> recordings, double timeout_s, const Window& window) {
   const double end_ms = recorded_ms(scene), interval = sampling_interval_ms(scene);
   constexpr double rounding = 1e-9;
   const auto total_steps = static_cast<std::int64_t>(std::ceil(end_ms / steps.dt_ms - rounding));
@@ -62,7 +63,7 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
   };
 
   std::int64_t step = 0;
-  bool stopped = false;
+  bool stopped = window && !window(0);
   // The last sample, at end_ms, is for the check alone.
   for (int first = 0; first <= samples && !stopped; first += Recorder::samples_per_fetch) {
     const int count = std::min(Recorder::samples_per_fetch, samples + 1 - first);
@@ -80,8 +81,12 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
       if (observation)
         observation->sample(launcher, tissue, monodomain, closed, first + k,
                             std::min((first + k) * interval, end_ms));
-      for (int n = 0; n < steps.per_sample && step < total_steps; ++n, ++step)
+      for (int n = 0; n < steps.per_sample && step < total_steps && !stopped; ++n) {
         advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
+        ++step;
+        if (window && (step % window_steps(steps) == 0 || step == total_steps))
+          stopped = !window(std::min(static_cast<double>(step) * steps.dt_ms, end_ms));
+      }
       launcher.queue().flush();
     }
     recorder.start_fetch(count);
@@ -110,6 +115,19 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
     simulated_ms += static_cast<double>(step) * steps.dt_ms;
     cell_updates += static_cast<double>(step) * static_cast<double>(tissue.tissue_cells[m]);
   }
+}
+
+int Excitation::window_steps(const TimeSteps& steps) {
+  constexpr double window_ms = 1, rounding = 1e-9;
+  return std::max(1, static_cast<int>(window_ms / steps.dt_ms + rounding));
+}
+
+std::vector<float> Excitation::activation_times() {
+  if (eikonal) return eikonal->activation(tissue, std::numeric_limits<float>::max());
+  std::vector<float> times(static_cast<size_t>(tissue.stride));
+  launcher.queue().enqueueReadBuffer(monodomain.activation(), CL_TRUE, 0, times.size() * sizeof(float),
+                                     times.data());
+  return times;
 }
 
 void Excitation::finish(std::span<const Member> members, std::span<Recording* const> recordings) {

@@ -21,6 +21,7 @@ OTHERWISE = {
     "land_inflation": ["grid.dx_mm=2"],
     "land_contraction": ["grid.dx_mm=2"],
     "arostica": ["grid.dx_mm=8"],
+    "electromechanics": ["grid.dx_mm=1"],
 }
 ONE_BEAT = ["grid.dx_mm=6", "time.beats.at_most=1", "campaign.members=2"]
 INSTEAD = {

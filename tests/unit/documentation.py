@@ -11,7 +11,7 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 COHORT = sys.argv.pop(1)
-SPACING = {"slab": 1, "bidomain": 1, "niederer": 1, "reentry": 2, "restitution": 0.5, "land_inflation": 2, "land_contraction": 2}  # mm, where the tissue is too thin for 6 mm
+SPACING = {"slab": 1, "bidomain": 1, "niederer": 1, "reentry": 2, "restitution": 0.5, "land_inflation": 2, "land_contraction": 2, "electromechanics": 1}  # mm, where the tissue is too thin for 6 mm
 FOLDERS = "solver|kernels|ensemble|configs|jobs|tests|analysis"
 
 
