@@ -25,20 +25,24 @@ std::vector<int> nearest_places(const Solid& solid, const Tissue& tissue, std::s
         offset[axis] = place - 0.5;
       }
       double nearest = 1e30;
+      const auto look = [&](int dx, int dy, int dz) {
+        const std::array<std::int64_t, 3> cell = {at[0] + dx, at[1] + dy, at[2] + dz};
+        double distance = 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          distance += (static_cast<double>(cell[axis]) - offset[axis]) *
+                      (static_cast<double>(cell[axis]) - offset[axis]);
+        if (distance >= nearest) return;
+        const auto place = tissue.cell_at(cell, members[m]);
+        if (!place || (!times.empty() && times[*place] < 0)) return;
+        nearest = distance;
+        result[static_cast<std::size_t>(i)] = static_cast<int>(*place);
+      };
+      look(0, 0, 0);
+      constexpr double nearer_than_any = 0.25;  // the next cell's middle is half a cell away at least
+      if (nearest < nearer_than_any) continue;
       for (int dz = -reach; dz <= reach; ++dz)
         for (int dy = -reach; dy <= reach; ++dy)
-          for (int dx = -reach; dx <= reach; ++dx) {
-            const std::array<std::int64_t, 3> cell = {at[0] + dx, at[1] + dy, at[2] + dz};
-            double distance = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-              distance += (static_cast<double>(cell[axis]) - offset[axis]) *
-                          (static_cast<double>(cell[axis]) - offset[axis]);
-            if (distance >= nearest) continue;
-            const auto place = tissue.cell_at(cell, members[m]);
-            if (!place || (!times.empty() && times[*place] < 0)) continue;
-            nearest = distance;
-            result[static_cast<std::size_t>(i)] = static_cast<int>(*place);
-          }
+          for (int dx = -reach; dx <= reach; ++dx) look(dx, dy, dz);
     }
   return result;
 }
