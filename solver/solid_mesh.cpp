@@ -1,8 +1,11 @@
 #include "solver/solid_mesh.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <future>
 #include <numeric>
+#include <thread>
 
 #include "solver/solid_voids.hpp"
 
@@ -36,10 +39,14 @@ class MemberMesh {
       surface_void_.push_back(void_of_surface(scene, boundary.surface));
   }
 
-  void append(SolidMesh& mesh) {
+  /// All that does not depend on other members.
+  void prepare() {
     find_tissue();
     find_items();
     for (const int k : surface_void_) surface_list_.push_back(find_surface(k));
+    order();
+  }
+  void append(SolidMesh& mesh) {
     number(mesh);
     for (std::size_t q = 0; q < cavity_void_.size(); ++q) append_cavity(mesh, q);
     for (std::size_t b = 0; b < surface_void_.size(); ++b)
@@ -216,15 +223,39 @@ class MemberMesh {
     sort_to_tiles(middle, last);
   }
 
-  void number(SolidMesh& mesh) {
-    std::vector<std::size_t> order;
+  /// Cells by tiles; vertices by kind, those of one kind by tiles: those of cavities first, of each the ones
+  /// on a surface.
+  void order() {
     for (std::size_t cell = 0; cell < cells_; ++cell)
-      if (local_[cell] >= 0) order.push_back(cell);
-    sort_to_tiles(order.begin(), order.end());
+      if (local_[cell] >= 0) cell_order_.push_back(cell);
+    sort_to_tiles(cell_order_.begin(), cell_order_.end());
+    constexpr int none = -1, inside = -2, on_surface = -3, of_cavity = -4, of_both = -5;
+    node_.assign(vertices(), none);
+    for (const std::size_t cell : cell_order_)
+      for (int corner = 0; corner < 8; ++corner) node_[vertex_of(cell, corner)] = inside;
+    for (const std::vector<Corner>& surface : surface_list_)
+      for (const Corner& corner : surface) node_[corner.vertex] = on_surface;
+    for (const std::vector<Item>& items : item_list_)
+      for (const Item& item : items)
+        for (int corner = 0; corner < 8; ++corner) {
+          int& kind = node_[vertex_of(item.cell, corner)];
+          kind = kind == on_surface || kind == of_both ? of_both : of_cavity;
+        }
+    for (const int kind : {of_both, of_cavity, on_surface, inside})
+      for (const std::size_t cell : cell_order_)
+        for (int corner = 0; corner < 8; ++corner) {
+          const std::size_t v = vertex_of(cell, corner);
+          if (node_[v] != kind) continue;
+          node_[v] = static_cast<int>(vertex_order_.size());
+          vertex_order_.push_back(v);
+        }
+  }
+
+  void number(SolidMesh& mesh) {
     first_cell_ = mesh.cells;
-    count_ = static_cast<int>(order.size());
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      const std::size_t cell = order[k];
+    count_ = static_cast<int>(cell_order_.size());
+    for (std::size_t k = 0; k < cell_order_.size(); ++k) {
+      const std::size_t cell = cell_order_[k];
       local_[cell] = first_cell_ + static_cast<int>(k);
       mesh.grid_cell.push_back(static_cast<int>(first_ + cell));
       mesh.region.push_back(parts_.region[first_ + cell]);
@@ -239,32 +270,16 @@ class MemberMesh {
     mesh.cells = static_cast<int>(mesh.grid_cell.size());
     mesh.cell_blocks.push_back(mesh.cells / SolidMesh::block);
 
-    // Nodes of one kind together: those of cavities first, of each the ones on a surface.
-    constexpr int none = -1, inside = -2, on_surface = -3, of_cavity = -4, of_both = -5;
-    node_.assign(vertices(), none);
-    for (const std::size_t cell : order)
-      for (int corner = 0; corner < 8; ++corner) node_[vertex_of(cell, corner)] = inside;
-    for (const std::vector<Corner>& surface : surface_list_)
-      for (const Corner& corner : surface) node_[corner.vertex] = on_surface;
-    for (const std::vector<Item>& items : item_list_)
-      for (const Item& item : items)
-        for (int corner = 0; corner < 8; ++corner) {
-          int& kind = node_[vertex_of(item.cell, corner)];
-          kind = kind == on_surface || kind == of_both ? of_both : of_cavity;
-        }
     const std::size_t first_vertex = static_cast<std::size_t>(member_) * vertices();
-    for (const int kind : {of_both, of_cavity, on_surface, inside})
-      for (const std::size_t cell : order)
-        for (int corner = 0; corner < 8; ++corner) {
-          const std::size_t v = vertex_of(cell, corner);
-          if (node_[v] != kind) continue;
-          node_[v] = static_cast<int>(mesh.vertex.size());
-          mesh.vertex.push_back(static_cast<int>(first_vertex + v));
-        }
+    const int first_node = static_cast<int>(mesh.vertex.size());
+    for (const std::size_t v : vertex_order_) {
+      node_[v] += first_node;
+      mesh.vertex.push_back(static_cast<int>(first_vertex + v));
+    }
     while (mesh.vertex.size() % SolidMesh::block != 0) mesh.vertex.push_back(-1);
     mesh.nodes = static_cast<int>(mesh.vertex.size());
     mesh.node_blocks.push_back(mesh.nodes / SolidMesh::block);
-    for (const std::size_t cell : order)
+    for (const std::size_t cell : cell_order_)
       for (int corner = 0; corner < 8; ++corner) nodes_.push_back(node_[vertex_of(cell, corner)]);
     mesh_nodes_ = nodes_;
   }
@@ -353,6 +368,7 @@ class MemberMesh {
   std::vector<int> local_;  // mesh cell of a grid cell, or -1
   std::vector<int> node_;   // mesh node of a vertex, or -1
   std::vector<int> nodes_;
+  std::vector<std::size_t> cell_order_, vertex_order_;
   struct Item {
     std::size_t cell;
     std::array<double, 6> faces;
@@ -366,6 +382,20 @@ template <typename T>
 T& at(std::vector<T>& field, int component, int stride, int i) {
   return field[static_cast<std::size_t>(component) * static_cast<std::size_t>(stride) +
                static_cast<std::size_t>(i)];
+}
+
+/// Members one by one on the cores that there are.
+void prepare(std::vector<MemberMesh>& members) {
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    for (std::size_t m = next++; m < members.size(); m = next++) members[m].prepare();
+  };
+  const std::size_t workers =
+      std::min<std::size_t>(members.size(), std::max(1u, std::thread::hardware_concurrency()));
+  std::vector<std::future<void>> others;
+  for (std::size_t k = 1; k < workers; ++k) others.push_back(std::async(std::launch::async, work));
+  work();
+  for (std::future<void>& other : others) other.get();
 }
 
 /// Slots of the tiles, from the nodes of cells.
@@ -428,8 +458,10 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
   std::vector<double> faces(6 * SolidMesh::block, 0), shares(4 * SolidMesh::block, 0),
       item_shares(4 * SolidMesh::block, 0);
   std::vector<std::pair<int, std::vector<int>>> cell_nodes;  // first cell, (count, 8)
-  for (int m = 0; m < members; ++m) {
-    MemberMesh member(scene, grid, parts, members, m);
+  std::vector<MemberMesh> prepared;
+  for (int m = 0; m < members; ++m) prepared.emplace_back(scene, grid, parts, members, m);
+  prepare(prepared);
+  for (MemberMesh& member : prepared) {
     const int first = mesh.cells;
     member.append(mesh);
     cell_nodes.emplace_back(first, std::move(member.mesh_nodes_));
