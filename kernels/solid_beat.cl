@@ -113,7 +113,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
 #endif
     S[BEAT_TIME] = heart.time;
     S[BEAT] = heart.beat;
-    next = clipped_step(&c, &heart, next);
+    next = heart.ended == RUNNING ? clipped_step(&c, &heart, next) : 0;  // no step behind the last one
     hearts[member] = heart;
     status[member] = status_of(&heart);
   }

@@ -180,10 +180,7 @@ void Heartbeat::activate(std::span<const Member> members, std::span<const std::s
                          Excitation& excitation) {
   const std::vector<float> times = excitation.activation_times();
   const std::vector<int> places = nearest_places(*solid_, excitation.tissue, times, of_tissue);
-  std::vector<float> own(places.size(), -1.0f);
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (places[i] >= 0) own[i] = times[static_cast<std::size_t>(places[i])];
-  solid_->activate(own);
+  solid_->activate(values_at(places, times));
   if (drive_) drive_->connect(members, of_tissue, excitation.tissue, excitation.parameters, places, *solid_);
 }
 

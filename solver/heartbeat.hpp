@@ -16,12 +16,6 @@ namespace cohort {
 /// The mechanics' grid: it holds what the plan's grid holds.
 Grid solid_grid(const Scene& scene, const Plan& plan);
 
-/// Activation times (ms) of the solid's cells, in the order of its mesh, from those of the excited tissue: of
-/// the cell at the same place, else of the nearest that a wave reaches within two cells; -1 without. members:
-/// of the excited batch, those that the solid holds.
-std::vector<float> solid_activation(const Solid& solid, const Tissue& tissue, std::span<const float> times,
-                                    std::span<const std::size_t> members);
-
 /// The beating heart of a batch: deforming tissue, circulation, and what is recorded of them. The host
 /// enqueues many steps and reads the members' states now and then; every member has its own time, step and
 /// end on the device.

@@ -47,6 +47,13 @@ std::vector<int> nearest_places(const Solid& solid, const Tissue& tissue, std::s
   return result;
 }
 
+std::vector<float> values_at(std::span<const int> places, std::span<const float> field) {
+  std::vector<float> result(places.size(), -1.0f);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (places[i] >= 0) result[i] = field[static_cast<std::size_t>(places[i])];
+  return result;
+}
+
 CellPlaces places_within(const Solid& solid, const Tissue& tissue, std::span<const std::size_t> members) {
   const SolidMesh& mesh = solid.mesh();
   const Grid& coarse = solid.grid();

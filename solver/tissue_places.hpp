@@ -15,6 +15,9 @@ namespace cohort {
 std::vector<int> nearest_places(const Solid& solid, const Tissue& tissue, std::span<const float> times,
                                 std::span<const std::size_t> members);
 
+/// Values of the tissue's fields at places; -1 where the place is.
+std::vector<float> values_at(std::span<const int> places, std::span<const float> field);
+
 /// By cell of the mesh, from first[i] to first[i + 1], the places of the excited cells whose centres lie in
 /// it, else of the nearest as above; that nearest to its centre first.
 struct CellPlaces {

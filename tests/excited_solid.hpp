@@ -4,6 +4,7 @@
 #include <span>
 
 #include "solver/heartbeat.hpp"
+#include "solver/tissue_places.hpp"
 #include "tests/slab.hpp"
 
 namespace cohort::test {
@@ -24,7 +25,7 @@ struct ExcitedSolid {
   /// Arrival times of the deforming cells, from times of the excited ones.
   std::vector<float> brought_over(std::span<const float> times) const {
     const std::size_t first = 0;
-    return solid_activation(solid, excitation.tissue, times, {&first, 1});
+    return values_at(nearest_places(solid, excitation.tissue, times, {&first, 1}), times);
   }
 
   Scene scene;
