@@ -343,6 +343,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   real3 of_corner[8];
   at_corners(&f, -h * h / 16, of_corner);
   // A node is corner c of one cell at most.
+#pragma unroll
   for (int c = 0; c < 8; ++c) {
     if (tissue) {
       sum[slot[c]] += of_corner[c].x;

@@ -19,7 +19,7 @@ kernel void solid_dashpots(global const wide *restrict state, global const ushor
     const int s = support_of[a];
     if (s >= 0) {
       const real3 velocity = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
-      power += dot(velocity, sym_times(support_part(supports, s, 1, support_stride), velocity));
+      power += dot(velocity, sym_times(support_part(supports, support_place(s), 1, support_stride), velocity));
     }
   }
 #ifdef GPU

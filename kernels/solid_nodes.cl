@@ -10,17 +10,31 @@ inline symmetric support_part(global const real *restrict supports, int s, int p
   return A;
 }
 
+// support_of (nodes): place of a node's support, with a bit where a clamp holds it; negative without. Only then is Q other than the identity.
+#define CLAMPED (1 << 30)
+inline int support_place(int support) { return support & ~CLAMPED; }
+inline real3 freed(real3 v, int support, global const real *restrict supports, int stride) {
+  return support & CLAMPED ? sym_times(support_part(supports, support_place(support), 2, stride), v) : v;
+}
+
+// cavity_of (nodes): place of a node among those of cavities, above it a bit for each cavity that it touches; 0 for others.
+#define CAVITY_BITS 28
+#define touches_cavity(packed, q) ((packed) >> (CAVITY_BITS + (q)) & 1u)
+#define cavity_place(packed) ((int)((packed) & ((1u << CAVITY_BITS) - 1)))
+
 // Velocity that an impulse gives to a node: (m (1 + alpha dt) + dt C + dt^2 K / 4)^-1, clamps projected out. Springs act on the mean
 // (u_n-1 + 2 u_n + u_n+1) / 4 (Newmark 1959, J. Eng. Mech. Div. 85(3):67, beta = 1/4): of second order, without damping, and no spring is
 // too stiff for the step.
 inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, int support,
                       global const real *restrict supports, int support_stride) {
   if (support < 0) return inverse_mass / growth * impulse;
-  const symmetric K = support_part(supports, support, 0, support_stride), Q = support_part(supports, support, 2, support_stride);
-  const symmetric C = sym_fma(R(0.25) * dt, K, support_part(supports, support, 1, support_stride));
+  const int s = support_place(support);
+  const symmetric K = support_part(supports, s, 0, support_stride);
+  const symmetric C = sym_fma(R(0.25) * dt, K, support_part(supports, s, 1, support_stride));
   const real k = inverse_mass * dt;
   const symmetric A = {growth + k * C.xx, growth + k * C.yy, growth + k * C.zz, k * C.yz, k * C.xz, k * C.xy};
-  return sym_times(Q, sym_times(sym_cofactor(A), inverse_mass * sym_times(Q, impulse)) / sym_determinant(A));
+  const real3 free_impulse = inverse_mass * freed(impulse, support, supports, support_stride);
+  return freed(sym_times(sym_cofactor(A), free_impulse) / sym_determinant(A), support, supports, support_stride);
 }
 
 // Sums by block of nodes: kinetic energy (of beating hearts only where `sampled`, as that of springs), squares of free forces and of the pressures' forces, energy of springs, r_q = g_q . v*, then
@@ -42,7 +56,7 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
 inline void predict_node(int a, global const wide *restrict S, bool touches, bool sampled, global const int *restrict first_slot,
                          global const int *restrict node_slots,
                          global const real *restrict inverse_mass, global const int *restrict support_of,
-                         global const real *restrict supports, global const int *restrict cavity_of,
+                         global const real *restrict supports, global const uint *restrict cavity_of,
                          global const int *restrict cavity_corners, global const real *restrict force,
                          global const real *restrict gradient, global real *restrict cavity_gradient,
                          global real *restrict u, global real *restrict v, int slots, int nodes, int support_stride,
@@ -55,14 +69,14 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, boo
     const int at = node_slots[k];
     f += (real3)(force[at], force[at + (size_t)slots], force[at + 2 * (size_t)slots]);
   }
-  const int s = support_of[a], j = touches ? cavity_of[a] : -1;
+  const int s = support_of[a];
   const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
   real3 of_springs = (real3)(0);  // dt^2 K / 4 times the velocity before
   if (s >= 0) {
     const real3 place = (real3)(u[a], u[a + (size_t)nodes], u[a + 2 * (size_t)nodes]);
-    const real3 spring = sym_times(support_part(supports, s, 0, support_stride), place);
+    const real3 spring = sym_times(support_part(supports, support_place(s), 0, support_stride), place);
     f -= spring;
-    if (S[HALT] == 0) of_springs = R(0.25) * dt * dt * sym_times(support_part(supports, s, 0, support_stride), old);
+    if (S[HALT] == 0) of_springs = R(0.25) * dt * dt * sym_times(support_part(supports, support_place(s), 0, support_stride), old);
     if (sampled) sums[SPRING_SUM] += R(0.5) * dot(spring, place);
   }
   // From rest a leapfrog starts with half an impulse: with a whole one, halting often amplifies the fastest modes.
@@ -83,10 +97,13 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, boo
   if (sampled) sums[KINETIC_SUM] += R(0.5) / inverse * dot(quenched, quenched);
   real3 loads = (real3)(0);
 #if CAVITIES > 0
-  if (j >= 0) {
+  const uint packed = touches ? cavity_of[a] : 0;
+  if (packed != 0) {
+    const int j = cavity_place(packed);
     real3 g[CAVITIES], moved[CAVITIES];
     for (int q = 0; q < CAVITIES; ++q) {
-      g[q] = (real3)(0);
+      g[q] = moved[q] = (real3)(0);
+      if (!touches_cavity(packed, q)) continue;
       for (int c = 0; c < 8; ++c) {
         const int item = cavity_corners[j + (size_t)(8 * q + c) * cavity_nodes];
         const size_t at = item + (size_t)(3 * c) * items;
@@ -108,9 +125,8 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, boo
 #if !BEATS
   real3 free_force = f + loads;
   if (s >= 0) {
-    const symmetric Q = support_part(supports, s, 2, support_stride);
-    free_force = sym_times(Q, free_force);
-    loads = sym_times(Q, loads);
+    free_force = freed(free_force, s, supports, support_stride);
+    loads = freed(loads, s, supports, support_stride);
   }
   sums[FREE_SUM] += dot(free_force, free_force);
   sums[LOADED_SUM] += dot(loads, loads);
@@ -122,7 +138,7 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
                           global const int *restrict first_slot, global const int *restrict node_slots,
                           global const real *restrict inverse_mass, global const int *restrict support_of,
                           global const real *restrict supports, global const uchar *restrict cavity_block,
-                          global const int *restrict cavity_of, global const int *restrict cavity_corners,
+                          global const uint *restrict cavity_of, global const int *restrict cavity_corners,
                           global const real *restrict force, global const real *restrict gradient,
                           global real *restrict cavity_gradient, global real *restrict u,
                           global real *restrict v, global real *restrict partial, const int slots, const int nodes,
@@ -161,7 +177,7 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
 kernel void solid_move(global const int *restrict moving, global const wide *restrict state, global const ushort *restrict member_of_node,
                        global const real *restrict inverse_mass, global const int *restrict support_of,
                        global const real *restrict supports, global const uchar *restrict cavity_block,
-                       global const int *restrict cavity_of,
+                       global const uint *restrict cavity_of,
                        global const real *restrict cavity_gradient, global real *restrict u, global real *restrict v,
                        const int nodes, const int support_stride, const int cavity_nodes, const int odd) {
   const int block = moving[get_group_id(0)], a = block * SOLID_BLOCK + get_local_id(0);
@@ -171,10 +187,12 @@ kernel void solid_move(global const int *restrict moving, global const wide *res
   const real dt = S[STEP + odd];
   real3 velocity = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
 #if CAVITIES > 0
-  const int j = cavity_block[block] != 0 ? cavity_of[a] : -1;
-  if (j >= 0) {
+  const uint packed = cavity_block[block] != 0 ? cavity_of[a] : 0;
+  if (packed != 0) {
+    const int j = cavity_place(packed);
     real3 f = (real3)(0);
     for (int q = 0; q < CAVITIES; ++q) {
+      if (!touches_cavity(packed, q)) continue;
       const size_t at = j + (size_t)(3 * q) * cavity_nodes;
       f += (real)S[FIRST_PRESSURE + q] *
            (real3)(cavity_gradient[at], cavity_gradient[at + cavity_nodes], cavity_gradient[at + 2 * (size_t)cavity_nodes]);

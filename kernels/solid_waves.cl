@@ -13,7 +13,7 @@
 #define WAVE_LARGEST 2
 #define WAVE_SUMS 3
 // The iteration comes from below: what the square of the frequency is taken larger by.
-#define WAVE_MARGIN R(1.1)
+#define WAVE_MARGIN R(1.05)
 
 // A start without order: numbers in [-1, 1) by a node's place among its member's (PCG hash: Jarzynski & Olano 2020, J. Comput. Graph. Tech. 9(3):20).
 inline real wave_number(uint n) {
@@ -94,7 +94,7 @@ inline void wave_node(int a, global const wide *S, global const int *restrict co
     f += (real3)(force[at], force[at + cells], force[at + 2 * (size_t)cells]);
   }
   const int s = support_of[a];
-  if (s >= 0) f = sym_times(support_part(supports, s, 2, support_stride), f);
+  if (s >= 0) f = freed(f, s, supports, support_stride);
   const real3 w = (real3)(wave[a], wave[a + (size_t)nodes], wave[a + 2 * (size_t)nodes]);
   sums[WAVE_WORK] += dot(w, f);
   sums[WAVE_MASS] += dot(w, w) / inverse;

@@ -308,8 +308,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
       throw std::invalid_argument("region \"" + scene.regions[r].name + "\" holds no cell at grid.dx_mm " +
                                   std::to_string(grid.dx_mm));
 
-  // A GPU is full with about two million cells; a CPU works through one heart at a time.
-  constexpr std::size_t cells_that_fill_a_gpu = 2'000'000;
+  // A GPU is full with about two million cells, or twice as many where tissue deforms and small launches
+  // are many; a CPU works through one heart at a time.
+  const std::size_t cells_that_fill_a_gpu = scene.mechanics ? 4'000'000 : 2'000'000;
   constexpr int most_members = 64;
   // Each member's elliptic solve fills a device by itself.
   plan.members_per_device = options.members_per_device;

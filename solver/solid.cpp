@@ -200,7 +200,16 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   item_faces_ = reals(mesh_.item_faces);
   position_ = reals(mesh_.position);
   lid_ = reals(mesh_.lid);
-  cavity_of_ = upload_new(launcher_, mesh_.cavity_of);
+  constexpr unsigned cavity_bits = 28;  // as in kernels/solid_nodes.cl
+  std::vector<cl_uint> cavity_of(mesh_.cavity_of.size(), 0);
+  for (std::size_t a = 0; a < cavity_of.size(); ++a) {
+    if (mesh_.cavity_of[a] < 0) continue;
+    cavity_of[a] = static_cast<cl_uint>(mesh_.cavity_of[a]);
+    for (std::size_t k = 0; k < 8 * cavities; ++k)
+      if (mesh_.cavity_corners[k * n(mesh_.cavity_nodes) + n(mesh_.cavity_of[a])] >= 0)
+        cavity_of[a] |= 1u << (cavity_bits + k / 8);
+  }
+  cavity_of_ = upload_new(launcher_, cavity_of);
   cavity_corners_ = upload_new(launcher_, mesh_.cavity_corners);
   node_blocks_ = upload_new(launcher_, mesh_.node_blocks);
   cell_blocks_ = upload_new(launcher_, mesh_.cell_blocks);

@@ -205,6 +205,10 @@ void Solid::build_supports(std::span<const Member> members) {
       fields[(12 + k) * static_cast<std::size_t>(supports_) + s] = supports[s].projector[k];
     }
   }
+  constexpr int clamped = 1 << 30;  // as CLAMPED in kernels/solid_nodes.cl
+  const std::array<double, 6> identity = {1, 1, 1, 0, 0, 0};
+  for (int& place : support_of)
+    if (place >= 0 && supports[static_cast<std::size_t>(place)].projector != identity) place |= clamped;
   support_of_ = upload_new(launcher_, support_of);
   support_ = reals(fields);
 }
