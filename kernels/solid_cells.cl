@@ -124,14 +124,12 @@ inline Columns point_stress(const Columns *F, const Columns *D, real3 f, real3 s
 // Modes of the forces of a cell, by its displacements' modes. share (4, cells): of the cell's quarters in tissue, 0 in padding. direction (points, 3,
 // cells), with sheets (2, points, 3, cells). activation (cells): ms, negative without. tension (TENSION_STATES + 2, cells): the
 // law's states, the stretch of the step before, and the tension (kPa).
-static inline Modes cell_forces(int i, const Modes m, const Modes rate, global const real *restrict parameters,
-                         global const wide *restrict S, int member, global const real *restrict share,
+static inline Modes cell_forces(int i, const Modes m, const Modes rate, const real *quarter,
+                         global const real *restrict parameters, global const wide *restrict S, int member,
                          global const uchar *restrict region, global const real *restrict direction,
                          global const real *restrict activation, global real *restrict tension, const int cells,
                          const int odd, global const real *restrict drive, global const real *restrict drive_column,
                          const real4 drive_clock) {
-  real quarter[POINTS];
-  load_shares(share, i, cells, quarter);
   const real phi = R(0.25) * (quarter[0] + quarter[1] + quarter[2] + quarter[3]);
   if (!(phi > 0)) return no_modes();
   global const real *M = parameters + (size_t)member * PARAMETERS + material_first[region[i]];
@@ -317,6 +315,13 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
   global const wide *S = state + member * MEMBER_STATE;
   if (STANDS(S)) return;
 #ifdef GPU
+  // What does not depend on the tile's nodes is asked for first.
+  const int i = tile * SOLID_BLOCK + own;
+  int slot[8];
+#pragma unroll
+  for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
+  real quarter[POINTS];
+  load_shares(share, i, cells, quarter);
   local real *at = scratch, *sum = scratch + 3 * most;
   for (int k = own; k < count; k += SOLID_BLOCK) {
     const int a = slot_node[first + k];
@@ -326,9 +331,6 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  const int i = tile * SOLID_BLOCK + own;
-  int slot[8];
-  for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
 #ifdef VISCOUS
   int nodes[8];
   load_nodes(cell_nodes, i, cells, nodes);
@@ -336,9 +338,9 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #else
   const Modes rate = no_modes();
 #endif
-  const Modes f = cell_forces(i, tile_modes(at, slot, most, R(0.25) / h), rate, parameters, S, member, share, region, direction,
+  const Modes f = cell_forces(i, tile_modes(at, slot, most, R(0.25) / h), rate, quarter, parameters, S, member, region, direction,
                               activation, tension, cells, odd, drive, drive_column, drive_clock);
-  const bool tissue = share[i] + share[i + (size_t)cells] + share[i + 2 * (size_t)cells] + share[i + 3 * (size_t)cells] > 0;
+  const bool tissue = quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0;
   real pull = 0;
   real3 of_corner[8];
   at_corners(&f, -h * h / 16, of_corner);
@@ -372,6 +374,8 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
     }
   }
   for (int i = tile * SOLID_BLOCK; i < (tile + 1) * SOLID_BLOCK; ++i) {
+    real quarter[POINTS];
+    load_shares(share, i, cells, quarter);
     int slot[8];
     for (int c = 0; c < 8; ++c) slot[c] = cell_slots[i + (size_t)c * cells];
 #ifdef VISCOUS
@@ -381,7 +385,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #else
     const Modes rate = no_modes();
 #endif
-    const Modes f = cell_forces(i, tile_modes(at, slot, MOST_SLOTS, R(0.25) / h), rate, parameters, S, member, share, region,
+    const Modes f = cell_forces(i, tile_modes(at, slot, MOST_SLOTS, R(0.25) / h), rate, quarter, parameters, S, member, region,
                                 direction, activation, tension, cells, odd, drive, drive_column, drive_clock);
     real3 of_corner[8];
     at_corners(&f, -h * h / 16, of_corner);

@@ -65,10 +65,14 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, boo
   if (!(inverse > 0)) return;
   const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
   real3 f = (real3)(0);
-  for (int k = first_slot[a]; k < first_slot[a + 1]; ++k) {
-    const int at = node_slots[k];
-    f += (real3)(force[at], force[at + (size_t)slots], force[at + 2 * (size_t)slots]);
-  }
+  // Places first, then what is there: a GPU waits twice, not for each in turn.
+  const int begin = first_slot[a], slots_here = first_slot[a + 1] - begin;
+  int at[8];
+#pragma unroll
+  for (int k = 0; k < 8; ++k) at[k] = k < slots_here ? node_slots[begin + k] : -1;
+#pragma unroll
+  for (int k = 0; k < 8; ++k)
+    if (at[k] >= 0) f += (real3)(force[at[k]], force[at[k] + (size_t)slots], force[at[k] + 2 * (size_t)slots]);
   const int s = support_of[a];
   const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
   real3 of_springs = (real3)(0);  // dt^2 K / 4 times the velocity before
@@ -104,10 +108,13 @@ inline void predict_node(int a, global const wide *restrict S, bool touches, boo
     for (int q = 0; q < CAVITIES; ++q) {
       g[q] = moved[q] = (real3)(0);
       if (!touches_cavity(packed, q)) continue;
+      int item[8];
+#pragma unroll
+      for (int c = 0; c < 8; ++c) item[c] = cavity_corners[j + (size_t)(8 * q + c) * cavity_nodes];
+#pragma unroll
       for (int c = 0; c < 8; ++c) {
-        const int item = cavity_corners[j + (size_t)(8 * q + c) * cavity_nodes];
-        const size_t at = item + (size_t)(3 * c) * items;
-        if (item >= 0) g[q] += (real3)(gradient[at], gradient[at + items], gradient[at + 2 * (size_t)items]);
+        const size_t from = item[c] + (size_t)(3 * c) * items;
+        if (item[c] >= 0) g[q] += (real3)(gradient[from], gradient[from + items], gradient[from + 2 * (size_t)items]);
       }
       const size_t to = j + (size_t)(3 * q) * cavity_nodes;
       cavity_gradient[to] = g[q].x;
