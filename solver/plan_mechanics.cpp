@@ -10,6 +10,7 @@
 #include "solver/electromechanics.hpp"
 #include "solver/heartbeat.hpp"
 #include "solver/mechanics.hpp"
+#include "solver/new_buffer.hpp"
 #include "solver/plan_memory.hpp"
 #include "solver/precision.hpp"
 #include "solver/solid_points.hpp"
@@ -213,6 +214,11 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
       if (const std::string why = SolidPoints(launcher, scene, solid).defect(solid, 0); !why.empty())
         throw std::invalid_argument(why);
     const SolidMesh& mesh = solid.mesh();
+    if (text.tension.drive != MaterialFile::Drive::none) {  // steps are timed without cells behind them
+      const std::size_t cells = static_cast<std::size_t>(mesh.cells);
+      const std::size_t numbers = std::max(2 * cells, TensionDrive::bytes(scene, 1) / sizeof(float));
+      solid.drive(upload_new(launcher, std::vector<double>(numbers, 0)), std::vector<double>(cells, 0), {});
+    }
     warn_of_solid(scene, solid);
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
     result.dt_ms = solid.first_step_ms(parameters);
