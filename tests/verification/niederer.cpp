@@ -53,7 +53,8 @@ double along_fibres(const std::string& dx, const std::string& end_ms) {
   std::string probes = "outputs.activation.probes={";
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto& [x, y, z] = points[k].point;
-    probes += "p" + std::to_string(k) + "_mm: [" + number(x) + ", " + number(y) + ", " + number(z) + "], ";
+    probes.append("p").append(std::to_string(k));
+    probes += "_mm: [" + number(x) + ", " + number(y) + ", " + number(z) + "], ";
   }
   const CampaignRun run("configs/niederer.yaml", {"grid.dx_mm=" + dx, "time.end_ms=" + end_ms, probes + "}"});
   EXPECT_EQ(run.recording().outcome, Outcome::done) << run.recording().reason;

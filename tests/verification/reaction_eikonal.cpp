@@ -104,7 +104,7 @@ struct Strip {
     scene.activation_method = method;
     scene.activation.emplace().beats = beats;
     for (size_t p = 0; p < probes_mm.size(); ++p)
-      scene.activation->probes.push_back("p" + std::to_string(p + 1));
+      scene.activation->probes.emplace_back("p").append(std::to_string(p + 1));
     scene.stimuli = {{"corner", stimulus, ""}};
     declare_parameters(scene);
     const char* axes[] = {".x", ".y", ".z"};
