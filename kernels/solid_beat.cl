@@ -119,7 +119,7 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   }
   for (int q = 0; q < CAVITIES; ++q) S[FIRST_VOLUME + q] = mm3[q];
 #if WINDOWS
-  next = wait_at_window(S, dt, next);
+  if (S[BEAT_TIME] < 0 || hearts[member].ended == RUNNING) next = wait_at_window(S, dt, next);
 #endif
   S[STEP + 1 - odd] = next;
 }

@@ -404,6 +404,9 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #endif
 }
 
+// Several waves at once: the bound of a law is that of one (laws.clh).
+#define TOGETHER R(1.25)
+
 inline real3 row(const Columns *F, int j) {
   return j == 0 ? (real3)(F->x.x, F->y.x, F->z.x) : j == 1 ? (real3)(F->x.y, F->y.y, F->z.y) : (real3)(F->x.z, F->y.z, F->z.z);
 }
@@ -411,6 +414,7 @@ inline real3 column_of(const symmetric *S, int i) {
   return i == 0 ? (real3)(S->xx, S->xy, S->xz) : i == 1 ? (real3)(S->xy, S->yy, S->yz) : (real3)(S->xz, S->yz, S->zz);
 }
 
+#ifdef LAW_ALONG_AXES
 #define TANGENT_STEP R(5e-3)
 
 // Largest stiffness of a wave along axis i of the grid, kPa: of the acoustic tensor A_jk = F_ja dS_ai / dE(e_k (x) e_i) + S_ii delta_jk + kappa K_ji K_ki
@@ -449,8 +453,11 @@ inline real wave_stiffness(int i, const Columns *F, symmetric C, symmetric S, re
                               R(0.5) * (A[1].z + A[2].y),
                               R(0.5) * (A[0].z + A[2].x),
                               R(0.5) * (A[0].y + A[1].x)};
-  return fmax(sym_largest(acoustic), R(0.0));
+  const real largest = sym_largest(acoustic);
+  return largest < 0 ? R(0.0) : largest;
 }
+
+#endif
 
 // By block of cells (2, blocks): -(smallest mean volume ratio), strain energy (uJ).
 #define COLLAPSE_MEASURE 0
@@ -494,8 +501,11 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   load_nodes(cell_nodes, i, cells, nodes);
   const Modes m = cell_modes(u, nodes, nodes_stride, R(0.25) / h);
   const real J = mean_volume_ratio(&m, quarter);
-  real energy = 0, weights = 0;
+  const real kappa = M[M_bulk_modulus_kPa];
+  real energy = 0, weights = 0, stiffness = 0;
+#ifdef LAW_ALONG_AXES
   real3 mean_f = (real3)(0), mean_s = (real3)(0);
+#endif
 #if TENSION
   const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
   real states[TENSION_STATES + 1];
@@ -508,18 +518,31 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const real3 f = direction_at(direction, i, cells, g), s = sheet_at(direction, i, cells, g);
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
     const real Jg = dot(F.x, K.x);
+#ifdef LAW_ALONG_AXES
     mean_f += f;
     mean_s += s;
+#else
+    // Of the law, m (x) N alone is bounded, and several act at once.
+    const symmetric S = law_stress(C, Jg, f, s, M);
+    const real whole = dot(K.x, K.x) + dot(K.y, K.y) + dot(K.z, K.z);
+    const real column = fmax(fmax(dot(K.x, K.x), dot(K.y, K.y)), dot(K.z, K.z));
+    real here = kappa * (column + pressure_share * (whole - column)) + TOGETHER * law_stiffness(C, Jg, f, s, M) + sqrt(sym_contract(S, S));
+#if TENSION
+    here += TOGETHER * active * quarter[g] / fmax(quarter[g], MASS_FLOOR);
+#endif
+    stiffness = here > stiffness || isnan(here) ? here : stiffness;
+#endif
     weights += fmax(quarter[g], MASS_FLOOR);
     energy += R(0.25) * fmax(quarter[g], MASS_FLOOR) *
               (law_energy(C, Jg, f, s, M) + law_volume_energy(J, M[M_bulk_modulus_kPa]));
   }
-  // Of cells together the shortest waves go along the grid's axes, in the middle of the cell; a cell alone has them all at once, and what is between
-  // depends on the surface (solid_waves.cl).
+#ifdef LAW_ALONG_AXES
+  // The shortest waves of cells together go along the grid's axes, here in the middle of the cell; a cell alone has them all at once, and what is
+  // between depends on the surface (solid_waves.cl).
   const Columns F = deformation(&m, (real3)(0));
   const symmetric C = right_cauchy_green(F.x, F.y, F.z);
   const real3 f = normalize(mean_f), s = dot(mean_s, mean_s) > 0 ? normalize(mean_s) : mean_s;
-  const real kappa = M[M_bulk_modulus_kPa], middle = determinant(&F);
+  const real middle = determinant(&F);
   const symmetric S = law_stress(C, middle, f, s, M);
 #if TENSION
   const real pulls = active * (quarter[0] + quarter[1] + quarter[2] + quarter[3]) / weights;
@@ -530,9 +553,10 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   for (int axis = 0; axis < 3; ++axis) {
     const real of_axis = wave_stiffness(axis, &F, C, S, middle, f, s, kappa, pulls, M);
     along = fmax(along, of_axis);
-    all += of_axis;
+    all += of_axis;  // what is no number stays one
   }
-  const real stiffness = along + pressure_share * (all - along);
+  stiffness = along + pressure_share * (all - along);
+#endif
 #ifdef VISCOUS
   // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
   // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).

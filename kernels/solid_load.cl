@@ -68,6 +68,9 @@ kernel void solid_load(global const real *restrict parameters, global const real
   member_sums(partial + (size_t)RATE_SUM * all_node_blocks, NODE_SUMS - RATE_SUM, all_node_blocks, first, last, scratch, rates);
   const wide springs = member_sum(partial + (size_t)SPRING_SUM * all_node_blocks, first, last, scratch);
 #endif
+#ifdef GPU
+  barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);  // all have read what the first one writes
+#endif
   if (item != 0) return;
 #if ENERGY
   const wide kinetic_of_look = kinetic_now(kinetic, S[KINETIC]);

@@ -196,10 +196,10 @@ bool Heartbeat::beat_alone(Clock::time_point start, double timeout_s) {
   return false;
 }
 
-void Heartbeat::step(std::int64_t number) {
+void Heartbeat::step(std::int64_t number, bool windows) {
   Solid& solid = *solid_;
   const bool measured = number % steps_per_measure == 0,
-             sampled = measured || (number + 1) % steps_per_measure == 0;
+             sampled = windows || measured || (number + 1) % steps_per_measure == 0;
   solid.forces(parameters_);
   if (measured) solid.measure(parameters_);  // behind the forces, whose tensions it reads
   solid.predict(sampled);
@@ -215,7 +215,7 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
   for (std::int64_t number = 0;; ++number) {
     if (number == first_timed_step) launcher_.profile(true);
     if (number == first_timed_step + timed_steps) launcher_.profile(false);
-    step(number);
+    step(number, false);
     if ((number + 1) % steps_per_look != 0) {
       if (number % steps_per_measure == 0) launcher_.queue().flush();
       continue;
@@ -254,11 +254,18 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   }
   if (scene_.circulation && recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
   if (status.ended == HeartEnd::unstable)
-    return fail(Outcome::unstable, static_cast<double>(status.ended_ms), instability(scene_, status));
+    return fail(Outcome::unstable, static_cast<double>(status.ended_ms),
+                fmt::format("{}, at {:.1f} ms", instability(scene_, status), status.ended_ms));
   if (scene_.beats && most_beats(scene_) > 1 &&
       !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));
+  // Tissue is taken for nearly incompressible: slivers aside, cells of a healthy beat keep three quarters.
+  if (constexpr double low = 0.6; !tissue.empty() && tissue[Solid::smallest_J] < low)
+    spdlog::warn(
+        "member {}: a cell of the tissue was pressed to {:.2f} of its volume; a larger "
+        "mechanics.bulk_modulus_kPa or a weaker tension keeps it",
+        member.id, tissue[Solid::smallest_J]);
   std::vector<float> features = recorded_pv_features(scene_, recording, member.values);
   if (scene_.circulation && !features.empty()) {
     features.insert(features.end(), {static_cast<float>(status.beats), status.difference});

@@ -42,7 +42,8 @@ class Heartbeat {
   bool beat_alone(Clock::time_point start, double timeout_s);
   bool beat_tissue(Clock::time_point start, double timeout_s);
   /// Step `number` of all that beats; now and then it looks at cells and the speed of waves.
-  void step(std::int64_t number);
+  /// windows: some members may wait, so that any step may be the one before a look.
+  void step(std::int64_t number, bool windows);
   /// Cells and tissue together: solver/heartbeat_windows.cpp. all: of the batch, of which `beating` beat.
   bool beat_with_cells(std::span<const Member> all, std::span<Recording* const> recordings,
                        std::span<const std::size_t> beating, Excitation& excitation, const TimeSteps& steps,
@@ -51,7 +52,7 @@ class Heartbeat {
   void store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
              std::span<const double> tissue, Recording& recording);
 
-  // Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 2 % at
+  // Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 0.1 % at
   // most.
   static constexpr int steps_per_measure = 16;
 

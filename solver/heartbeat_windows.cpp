@@ -64,7 +64,7 @@ bool Heartbeat::step_until_all_wait(double window_ms, Clock::time_point start, d
     next_look = static_cast<int>(std::min(std::ceil(window_ms / least), 1.0 * longest));
   }
   for (int number = 0;; ++number) {
-    step(number);
+    step(number, true);
     if (number + 1 < next_look) continue;
     next_look += window_ms > 0 ? more : longest;
     const std::vector<double> state = solid_->state();

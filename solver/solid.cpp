@@ -320,17 +320,18 @@ void Solid::forces(const cl::Buffer& parameters) {
   const bool gpu = launcher_.device().info().gpu;
   const auto slots = static_cast<std::size_t>(mesh_.slot_node.size());
   const std::size_t size = gpu ? cells + items : (cells + items) / SolidMesh::block;
-  launcher_(
-      forces_, cl::NDRange(size), cl::NDRange(gpu ? SolidMesh::block : 1),
-      static_cast<double>(cells) * (17 + real * (4 + 12 + 1 + tension_states_ + 4)) +
-          static_cast<double>(slots) * (4 + real * 6) +
-          static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
-      parameters, state_, member_of_cell_, cell_nodes_, tile_slots_, slot_node_, cell_slots_, share_, region_,
-      direction_, activation_, tension_, u_, v_, force_, pulls_, member_of_item_, item_cell_, item_cavity_,
-      item_share_, item_faces_, position_, lid_, gradient_, volume_,
-      cl::Local(gpu ? real_bytes(scene_.precision) * static_cast<std::size_t>(mesh_.most_slots) * 6 : 8),
-      mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots), mesh_.most_slots, Real{grid_.dx_mm},
-      odd_, drive_, drive_column_, drive_clock_);
+  launcher_(forces_, cl::NDRange(size), cl::NDRange(gpu ? SolidMesh::block : 1),
+            static_cast<double>(cells) * (17 + real * (4 + 12 + 1 + tension_states_ + 4)) +
+                static_cast<double>(slots) * (4 + real * 6) +
+                static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
+            parameters, state_, member_of_cell_, cell_nodes_, tile_slots_, slot_node_, cell_slots_, share_,
+            region_, direction_, activation_, tension_, u_, v_, force_, pulls_, member_of_item_, item_cell_,
+            item_cavity_, item_share_, item_faces_, position_, lid_, gradient_, volume_,
+            cl::Local(gpu ? real_bytes(scene_.precision) *
+                                static_cast<std::size_t>(std::max(6 * mesh_.most_slots, SolidMesh::block))
+                          : 8),
+            mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots), mesh_.most_slots,
+            Real{grid_.dx_mm}, odd_, drive_, drive_column_, drive_clock_);
 }
 
 void Solid::predict(bool measured) {

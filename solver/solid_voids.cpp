@@ -69,11 +69,12 @@ std::vector<std::string> solid_voids(const Scene& scene) {
     case GeometryKind::shapes:
       for (const Mechanics::Cavity& cavity : scene.mechanics->cavities)
         if (!find(scene, cavity.shape))
-          throw std::invalid_argument("no shape \"" + cavity.shape + "\" for the cavity \"" + cavity.name +
+          throw std::invalid_argument("mechanics.cavities." + cavity.name + ": no shape \"" + cavity.shape +
                                       "\"");
       for (const Mechanics::Boundary& boundary : scene.mechanics->boundary)
         if (side_of_tissue(scene, boundary.surface) == 0)
-          throw std::invalid_argument("the shape \"" + boundary.surface + "\" does not bound the tissue");
+          throw std::invalid_argument("mechanics.boundary." + boundary.name + ": the shape \"" +
+                                      boundary.surface + "\" does not bound the tissue");
       return shape_voids(scene);
     case GeometryKind::none:
       break;
