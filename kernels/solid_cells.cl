@@ -503,6 +503,9 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   const real J = mean_volume_ratio(&m, quarter);
   const real kappa = M[M_bulk_modulus_kPa];
   real energy = 0, weights = 0, stiffness = 0;
+#ifdef VISCOUS
+  real widest = 0;
+#endif
 #ifdef LAW_ALONG_AXES
   real3 mean_f = (real3)(0), mean_s = (real3)(0);
 #endif
@@ -517,6 +520,9 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
     const Columns F = deformation(&m, point_offset(g)), K = cofactor(&F);
     const real3 f = direction_at(direction, i, cells, g), s = sheet_at(direction, i, cells, g);
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
+#ifdef VISCOUS
+    widest = fmax(widest, sym_largest(C));
+#endif
     const real Jg = dot(F.x, K.x);
 #ifdef LAW_ALONG_AXES
     mean_f += f;
@@ -560,7 +566,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
 #ifdef VISCOUS
   // Central differences with the viscous stress of the step before: dt (c^2 dt / h^2 + 2 nu / h^2) <= 1, nu the kinematic viscosity of
   // what moves along F; the step h / speed is the same with speed = nu / h + sqrt(c^2 + (nu / h)^2).
-  const real per_h = M[M_viscosity_kPa_ms] * sym_largest(C) / (density * h);
+  const real per_h = M[M_viscosity_kPa_ms] * widest / (density * h);
   const real speed = per_h + sqrt(stiffness / density + per_h * per_h);
   bound[i] = speed * speed;
 #else
