@@ -87,7 +87,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   const bool windows = std::find(more.begin(), more.end(), "WINDOWS=1") != more.end();
   parts.insert(parts.end(), text.files.begin(), text.files.end());
   for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_nodes.cl", "solid_cells.cl",
-                           "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
+                           "solid_measure.cl", "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
   if (windows) parts.emplace_back("solid_windows.cl");

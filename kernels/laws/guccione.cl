@@ -9,7 +9,7 @@
 //@ parameter bt 3 0.01 200 1 "exponent across fibres" "Land et al. 2015, problem 3 (2); 3: measured with the default heart"
 //@ parameter bfs 4 0.01 200 1 "exponent of shear between fibres and what is across" "Land et al. 2015, problem 3"
 
-// The step may be bounded by waves along the grid's axes (solid_cells.cl): with fibres along, across and oblique to the grid, stretched and at
+// The step may be bounded by waves along the grid's axes (solid_measure.cl): with fibres along, across and oblique to the grid, stretched and at
 // random, the true limit is not met (tests/verification/solid_step.cpp). Stiffer exponents, as Holzapfel-Ogden's, run away with that.
 #define LAW_ALONG_AXES
 
