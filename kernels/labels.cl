@@ -1,12 +1,5 @@
 // Fibres and coordinates of label hearts: tables of one member, read by all, since labels are the same for each.
-// Needs common.clh, fibres.clh, segments.clh, and
-// -D PARAMETERS (numbers in a member's block), PARAM_geometry_fibres_* where a rule needs them, LABEL_FIBRES
-// (initialiser, by region: 0 none, 1 helix, 2 circumferential, 3 along the given direction, 4 constant).
-#if !defined(PARAMETERS) || !defined(LABEL_FIBRES)
-#error "labels.cl needs PARAMETERS and LABEL_FIBRES"
-#endif
-
-constant uchar label_fibre_rule[] = LABEL_FIBRES;
+// Needs common.clh, fibres.clh, segments.clh, label_fibres.clh.
 
 // Place in member 0's compact fields of the cell at place i.
 int first_member_place(int i, global const int *restrict first_cell, global const int *restrict place) {
@@ -26,17 +19,7 @@ kernel void label_fibres(global const real *restrict parameters, global const in
     const float4 d = direction[first_member_place(i, first_cell, place)];
     const real3 v = (real3)(d.x, d.y, d.z);
     global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
-    const int rule = label_fibre_rule[region];
-#ifdef PARAM_geometry_fibres_endocardium_deg
-    if (rule == 1)
-      f = helix_fibre(v, helix_angle(d.w, P[PARAM_geometry_fibres_endocardium_deg],
-                                     P[PARAM_geometry_fibres_epicardium_deg]));
-    if (rule == 2) f = helix_fibre(v, R(0.0));
-    if (rule == 3) f = v;
-#endif
-#ifdef PARAM_geometry_fibres_direction_x
-    if (rule == 4) f = unit_or_zero(vector_parameter(P, PARAM_geometry_fibres_direction_x));
-#endif
+    f = label_fibre(label_fibre_rule[region], v, d.w, P);
   }
   fibre[i] = f.x;
   fibre[i + (size_t)stride] = f.y;

@@ -1,10 +1,4 @@
-// Fibres of a label map at the points of stress. Needs common.clh, fibres.clh and -D PARAMETERS, LABEL_FIBRES (as in labels.cl),
-// PARAM_geometry_fibres_* where a rule needs them; -D SHEETS for wall normals too.
-#if !defined(PARAMETERS) || !defined(LABEL_FIBRES)
-#error "solid_label_fibres.cl needs PARAMETERS and LABEL_FIBRES"
-#endif
-
-constant uchar label_fibre_rule[] = LABEL_FIBRES;
+// Fibres of a label map at the points of stress. Needs common.clh, fibres.clh, label_fibres.clh; -D SHEETS for wall normals too.
 
 // place (stride): of a cell in `table`, -1 where there is none. table (cells, 4 points): normal of the wall, or axis, and the
 // transmural coordinate. member_of: by block of SOLID_BLOCK cells. direction: as solid_fibres in solid_setup.cl.
@@ -18,17 +12,7 @@ kernel void solid_label_fibres(global const real *restrict parameters, global co
   for (int g = 0; g < 4; ++g) {
     const float4 d = table[4 * place[i] + g];
     const real3 v = (real3)(d.x, d.y, d.z);
-    real3 f = (real3)(0);
-#ifdef PARAM_geometry_fibres_endocardium_deg
-    if (rule == 1)
-      f = helix_fibre(v, helix_angle(d.w, P[PARAM_geometry_fibres_endocardium_deg],
-                                     P[PARAM_geometry_fibres_epicardium_deg]));
-    if (rule == 2) f = helix_fibre(v, R(0.0));
-    if (rule == 3) f = v;
-#endif
-#ifdef PARAM_geometry_fibres_direction_x
-    if (rule == 4) f = unit_or_zero(vector_parameter(P, PARAM_geometry_fibres_direction_x));
-#endif
+    const real3 f = label_fibre(rule, v, d.w, P);
     direction[i + (size_t)(3 * g) * stride] = f.x;
     direction[i + (size_t)(3 * g + 1) * stride] = f.y;
     direction[i + (size_t)(3 * g + 2) * stride] = f.z;

@@ -103,7 +103,7 @@ std::vector<std::string> solid_part_files(const Scene& scene) {
     case GeometryKind::shapes:
       return {"solid_parts_shapes.clh", "solid_setup.cl"};
     case GeometryKind::labels:
-      return {"solid_label_fibres.cl"};
+      return {"label_fibres.clh", "solid_label_fibres.cl"};
     case GeometryKind::none:
       break;
   }

@@ -113,7 +113,7 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
   files.insert(files.end(), {"segments.clh", "tissue.cl"});
   const bool labels = scene.geometry == GeometryKind::labels;
   if (labels) {
-    files.push_back("labels.cl");
+    files.insert(files.end(), {"label_fibres.clh", "labels.cl"});
     labels_ = label_cells(scene);
   }
   const cl::Program program =

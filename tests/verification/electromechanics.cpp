@@ -8,6 +8,7 @@
 #include "solver/heartbeat.hpp"
 #include "solver/simulation.hpp"
 #include "solver/time_steps.hpp"
+#include "tests/runge_kutta.hpp"
 #include "tests/solid_run.hpp"
 
 namespace cohort::test {
@@ -20,18 +21,6 @@ const std::string channels = "electrophysiology.stretch_activated.";
 std::array<double, 2> mitchell_schaeffer(const std::array<double, 2>& y, double mV_per_ms) {
   return {y[1] * y[0] * y[0] * (1 - y[0]) / 0.3 - y[0] / 6 + mV_per_ms / amplitude_mV,
           y[0] < 0.13 ? (1 - y[1]) / 120 : -y[1] / 150};
-}
-
-template <std::size_t N, typename Rate>
-void advance(std::array<double, N>& y, double t, double h, const Rate& rate) {
-  const auto moved = [&](const std::array<double, N>& k, double by) {
-    std::array<double, N> z = y;
-    for (std::size_t i = 0; i < N; ++i) z[i] += by * k[i];
-    return z;
-  };
-  const auto a = rate(t, y), b = rate(t + h / 2, moved(a, h / 2)), c = rate(t + h / 2, moved(b, h / 2)),
-             d = rate(t + h, moved(c, h));
-  for (std::size_t i = 0; i < N; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
 }
 
 /// A box of excited cells, and the deforming tissue of the same box on a grid of its own, which stands where

@@ -1,5 +1,5 @@
-// A beat whose end is no whole number of windows or steps: tissue and loop take the same last steps, and cells march one beat, not
-// another one after the last.
+// A beat whose end is no whole number of windows or steps: tissue and loop take the same last steps, and
+// cells march one beat, not another one after the last.
 #include <gtest/gtest.h>
 
 #include "ensemble/config.hpp"
@@ -10,10 +10,11 @@ namespace cohort::test {
 namespace {
 
 TEST(ElectromechanicsBeat, EndsWhereItEnds) {
-  const Campaign campaign = read_campaign(
-      COHORT_SOURCE_DIR "/configs/heart.yaml",
-      {"electrophysiology.activation=reaction_eikonal", "mechanics.tension=nash_panfilov",
-       "mechanics.nash_panfilov.peak_kPa=150", "grid.dx_mm=6", "time.beats.at_most=1", "time.beats.length_ms=333.33"});
+  const Campaign campaign =
+      read_campaign(COHORT_SOURCE_DIR "/configs/heart.yaml",
+                    {"electrophysiology.activation=reaction_eikonal", "mechanics.tension=nash_panfilov",
+                     "mechanics.nash_panfilov.peak_kPa=150", "grid.dx_mm=6", "time.beats.at_most=1",
+                     "time.beats.length_ms=333.33"});
   std::vector<Member> members(1, Member{0, campaign.scene.parameters.values()});
   campaign.scene.parameters.resolve(members[0].values);
   const Plan plan = make_plan(device(), campaign.scene, members, {});

@@ -5,6 +5,7 @@
 
 #include "solver/single_cells.hpp"
 #include "tests/driven_slab.hpp"
+#include "tests/runge_kutta.hpp"
 
 namespace cohort::test {
 namespace {
@@ -21,19 +22,6 @@ struct Course {
     return values[k] + (x - static_cast<double>(k)) * (values[k + 1] - values[k]);
   }
 };
-
-/// y' = rate(t, y) over h by one step.
-template <std::size_t N, typename Rate>
-void advance(std::array<double, N>& y, double t, double h, const Rate& rate) {
-  const auto moved = [&](const std::array<double, N>& k, double by) {
-    std::array<double, N> z = y;
-    for (std::size_t i = 0; i < N; ++i) z[i] += by * k[i];
-    return z;
-  };
-  const auto a = rate(t, y), b = rate(t + h / 2, moved(a, h / 2)), c = rate(t + h / 2, moved(b, h / 2)),
-             d = rate(t + h, moved(c, h));
-  for (std::size_t i = 0; i < N; ++i) y[i] += h / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
-}
 
 /// Mitchell & Schaeffer 2003, at the model's default numbers: the potential, lifted from rest by a stimulus
 /// that ends at the threshold.
