@@ -1,5 +1,5 @@
 // What excited cells and deforming tissue give each other at the ends of windows of time: potential or calcium to the tension, stretch to
-// the cells. Needs segments.clh and -D PARAMETERS;  -D CALCIUM: intracellular calcium drives the tension, then calcium_state[] by
+// the cells. Needs solid_tile.clh, segments.clh and -D PARAMETERS;  -D CALCIUM: intracellular calcium drives the tension, then calcium_state[] by
 // region from the host: the place of calcium among the states of its cell model.
 #ifndef PARAMETERS
 #error "electromechanics.cl needs PARAMETERS"
@@ -38,14 +38,14 @@ kernel void bring_activation(global const float *restrict times, global const in
 
 #ifdef STRETCH_ACTIVATED
 // Rate of the stretch-activated current (monodomain.cl), 1/ms: g (lambda - 1) / (lambda_max - 1) for a stretch lambda > 1 along the fibres of
-// the mechanics' cell that holds this one. stretch (cells of the mechanics); cell_of (stride): -1 without.
+// the mechanics' cell that holds this one: field `stretch` of `fields` of its tension. cell_of (stride): -1 without.
 kernel void bring_stretch(global const real *restrict tension, global const int *restrict cell_of,
                           global const ushort *restrict member_of, global const real *restrict parameters,
-                          global real *restrict rate, const int first_stretch) {
+                          global real *restrict rate, const int stretch, const int fields) {
   const int i = get_global_id(0), cell = cell_of[i];
   if (cell < 0) return;
   global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
-  const real longer = fmax(tension[first_stretch + cell] - 1, R(0.0));
+  const real longer = fmax(tension[in_tile(cell, stretch, fields)] - 1, R(0.0));
   rate[i] = P[PARAM_electrophysiology_stretch_activated_conductance_mS_per_uF] * longer /
             (P[PARAM_electrophysiology_stretch_activated_reference_stretch] - 1);
 }

@@ -1,6 +1,6 @@
 // The member's kernel of a beating heart: the cavities' volumes, the pressures that the circulation gives them, the
 // next step. First the cavities are inflated with the loop at rest, then it beats. One work-group (a work-item on CPUs) is
-// a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.cl and chamber_of_cavity[] from the host.
+// a member. Needs beats.clh, solid_reduce.clh, solid_nodes.cl, solid_cells.clh and chamber_of_cavity[] from the host.
 
 // cavity_ends (members): behind a member's last block of nodes that touches a cavity. inflation (members, 2 + CAVITIES): duration ms,
 // damping 1/ms, pressures kPa. damping (members): 1/ms in beats. sampled: whether solid_predict has summed all, so in the step before each that

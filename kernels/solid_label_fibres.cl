@@ -1,10 +1,16 @@
 // Fibres of a label map at the points of stress. Needs common.clh, fibres.clh, label_fibres.clh; -D SHEETS for wall normals too.
+// Needs solid_tile.clh.
+#ifdef SHEETS
+#define DIRECTIONS 8
+#else
+#define DIRECTIONS 4
+#endif
 
 // place (stride): of a cell in `table`, -1 where there is none. table (cells, 4 points): normal of the wall, or axis, and the
 // transmural coordinate. member_of: by block of SOLID_BLOCK cells. direction: as solid_fibres in solid_setup.cl.
 kernel void solid_label_fibres(global const real *restrict parameters, global const ushort *restrict member_of,
                                global const int *restrict place, global const uchar *restrict region,
-                               global const float4 *restrict table, global real *restrict direction, const int stride) {
+                               global const float4 *restrict table, global real *restrict direction) {
   const int i = get_global_id(0);
   if (place[i] < 0) return;
   global const real *P = parameters + (size_t)member_of[i / SOLID_BLOCK] * PARAMETERS;
@@ -13,14 +19,10 @@ kernel void solid_label_fibres(global const real *restrict parameters, global co
     const float4 d = table[4 * place[i] + g];
     const real3 v = (real3)(d.x, d.y, d.z);
     const real3 f = label_fibre(rule, v, d.w, P);
-    direction[i + (size_t)(3 * g) * stride] = f.x;
-    direction[i + (size_t)(3 * g + 1) * stride] = f.y;
-    direction[i + (size_t)(3 * g + 2) * stride] = f.z;
+    store_in_tile(f, direction, i, g, DIRECTIONS);
 #ifdef SHEETS
     const real3 s = normal_across(rule == 1 || rule == 2 ? v : (real3)(0), f);
-    direction[i + (size_t)(12 + 3 * g) * stride] = s.x;
-    direction[i + (size_t)(13 + 3 * g) * stride] = s.y;
-    direction[i + (size_t)(14 + 3 * g) * stride] = s.z;
+    store_in_tile(s, direction, i, 4 + g, DIRECTIONS);
 #endif
   }
 }

@@ -1,4 +1,4 @@
-// The member's kernel for prescribed pressures. Needs solid_nodes.cl, solid_cells.cl, and from the host
+// The member's kernel for prescribed pressures. Needs solid_nodes.cl, solid_cells.clh, and from the host
 //   DRIVEN_CAVITIES         whether a cavity's pressure follows the equation of the active tension (bestel_pressure_step)
 //   driven_cavity[]         which
 //   MATERIAL_OF_SCENE       place of the block M that holds the equation's numbers

@@ -1,5 +1,5 @@
 // What is looked at now and then: how fast waves are in cells, which bounds the step, the smallest volumes, energies. The bound:
-// solver/README.md, "The step is bounded by what cells share". Needs solid_cells.cl, solid_energy.clh.
+// solver/README.md, "The step is bounded by what cells share". Needs solid_cells.clh, solid_energy.clh.
 
 // Several waves at once: the bound of a law is that of one (laws.clh).
 #define TOGETHER R(1.25)
@@ -91,7 +91,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
                          global const real *restrict u, global const real *restrict v, global real *restrict bound,
                          int cells, int nodes_stride, real h, real density, real pressure_share, real *measure) {
   real quarter[POINTS];
-  load_shares(share, i, cells, quarter);
+  load_shares(share, i, quarter);
   if (!(quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0)) return;
   global const real *M = P + material_first[region[i]];
   int nodes[8];
@@ -107,15 +107,15 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   real3 mean_f = (real3)(0), mean_s = (real3)(0);
 #endif
 #if TENSION
-  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
+  const real stretch = fibre_stretch(&m, quarter, direction, i);
   real states[TENSION_STATES + 1];
-  for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
-  const real T = tension[i + (size_t)(TENSION_STATES + 1) * cells];
+  for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[in_tile(i, k, TENSION_FIELDS)];
+  const real T = tension[in_tile(i, TENSION_STATES + 1, TENSION_FIELDS)];
   const real active = T + tension_stiffness(states, T, stretch, M);
 #endif
   for (int g = 0; g < POINTS; ++g) {
     const Columns F = deformation(&m, point_offset(g)), K = cofactor(&F);
-    const real3 f = direction_at(direction, i, cells, g), s = sheet_at(direction, i, cells, g);
+    const real3 f = direction_at(direction, i, g), s = sheet_at(direction, i, g);
     const symmetric C = right_cauchy_green(F.x, F.y, F.z);
 #ifdef VISCOUS
     widest = fmax(widest, sym_largest(C));
@@ -172,7 +172,7 @@ inline void measure_cell(int i, global const real *restrict P, global const int 
   measure[COLLAPSE_MEASURE] = fmax(measure[COLLAPSE_MEASURE], -J);
   measure[ENERGY_MEASURE] += h * h * h * energy;
 #if ENERGY && TENSION
-  measure[ACTIVE_MEASURE] += R(0.25) * h * h * h * (quarter[0] + quarter[1] + quarter[2] + quarter[3]) * active_work(tension, i, cells);
+  measure[ACTIVE_MEASURE] += R(0.25) * h * h * h * (quarter[0] + quarter[1] + quarter[2] + quarter[3]) * active_work(tension, i);
 #endif
 #if ENERGY && defined(VISCOUS)
   measure[VISCOUS_MEASURE] += h * h * h * M[M_viscosity_kPa_ms] * strain_rate2(&m, nodes, quarter, v, nodes_stride, h);

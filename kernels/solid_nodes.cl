@@ -52,71 +52,96 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
 #define COMPLIANCE_SUM (RATE_SUM + CAVITIES)
 #define NODE_SUMS (COMPLIANCE_SUM + CAVITIES * (CAVITIES + 1) / 2)
 
-// One node of solid_predict.
-inline void predict_node(int a, global const wide *restrict S, bool touches, bool sampled, global const int *restrict first_slot,
-                         global const int *restrict node_slots,
-                         global const real *restrict inverse_mass, global const int *restrict support_of,
-                         global const real *restrict supports, global const uint *restrict cavity_of,
-                         global const int *restrict cavity_corners, global const real *restrict force,
-                         global const real *restrict gradient, global real *restrict cavity_gradient,
-                         global real *restrict u, global real *restrict v, int slots, int nodes, int support_stride,
-                         int items, int cavity_nodes, int odd, real *sums) {
-  const real inverse = inverse_mass[a];
-  if (!(inverse > 0)) return;
-  const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
-  real3 f = (real3)(0);
-  // Places first, then what is there: a GPU waits twice, not for each in turn.
-  const int begin = first_slot[a], slots_here = first_slot[a + 1] - begin;
+// What a node's step needs at once, before anything is known of its member: a GPU waits for all of it together.
+typedef struct {
+  real inverse_mass;
+  int first_slot, end_slot, support;
+  real3 velocity;
+} node_step;
+inline node_step load_node(int a, global const int *restrict first_slot, global const real *restrict inverse_mass,
+                           global const int *restrict support_of, global const real *restrict v, int nodes) {
+  const node_step n = {inverse_mass[a],
+                       first_slot[a],
+                       first_slot[a + 1],
+                       support_of[a],
+                       (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes])};
+  return n;
+}
+
+// Adds up what tiles have stored (3, slots) for a node: slots_of from `begin` up to `end`.
+inline real3 gathered(int begin, int end, global const int *restrict slots_of, global const real *restrict field, int slots) {
+  real3 sum = (real3)(0);
+#ifdef GPU
+  // Places first, then what is there: two waits, not two for each.
   int at[8];
 #pragma unroll
-  for (int k = 0; k < 8; ++k) at[k] = k < slots_here ? node_slots[begin + k] : -1;
+  for (int k = 0; k < 8; ++k) at[k] = begin + k < end ? slots_of[begin + k] : -1;
 #pragma unroll
   for (int k = 0; k < 8; ++k)
-    if (at[k] >= 0) f += (real3)(force[at[k]], force[at[k] + (size_t)slots], force[at[k] + 2 * (size_t)slots]);
-  const int s = support_of[a];
-  const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
+    if (at[k] >= 0) sum += (real3)(field[at[k]], field[at[k] + (size_t)slots], field[at[k] + 2 * (size_t)slots]);
+#else
+  for (int k = begin; k < end; ++k) {
+    const int at = slots_of[k];
+    sum += (real3)(field[at], field[at + (size_t)slots], field[at + 2 * (size_t)slots]);
+  }
+#endif
+  return sum;
+}
+
+// One node of solid_predict. packed: its cavities, 0 without.
+inline void predict_node(int a, const node_step n, uint packed, bool touches, global const wide *restrict S, bool sampled,
+                         global const int *restrict node_slots, global const real *restrict supports,
+                         global const int *restrict cavity_first, global const int *restrict cavity_slots,
+                         global const real *restrict force, global const real *restrict gradient,
+                         global real *restrict cavity_gradient, global real *restrict u, global real *restrict v, int slots, int nodes,
+                         int support_stride, int gradient_slots, int cavity_nodes, int odd, real *sums) {
+  const real inverse = n.inverse_mass;
+  if (!(inverse > 0)) return;
+  const int s = n.support;
+  const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
+  const bool halt = S[HALT] != 0, moves = BEATS && !touches;  // moves: no pressure is to come
+  real3 displacement = (real3)(0);
+  if (moves || s >= 0) displacement = (real3)(u[a], u[a + (size_t)nodes], u[a + 2 * (size_t)nodes]);
+#if CAVITIES > 0
+  real3 g[CAVITIES];
+  for (int q = 0; q < CAVITIES; ++q)
+    if (touches_cavity(packed, q)) {
+      const int place = q * cavity_nodes + cavity_place(packed);
+      g[q] = gathered(cavity_first[place], cavity_first[place + 1], cavity_slots, gradient, gradient_slots);
+    } else {
+      g[q] = (real3)(0);
+    }
+#endif
+  real3 f = gathered(n.first_slot, n.end_slot, node_slots, force, slots);
   real3 of_springs = (real3)(0);  // dt^2 K / 4 times the velocity before
   if (s >= 0) {
-    const real3 place = (real3)(u[a], u[a + (size_t)nodes], u[a + 2 * (size_t)nodes]);
-    const real3 spring = sym_times(support_part(supports, support_place(s), 0, support_stride), place);
+    const symmetric K = support_part(supports, support_place(s), 0, support_stride);
+    const real3 spring = sym_times(K, displacement);
     f -= spring;
-    if (S[HALT] == 0) of_springs = R(0.25) * dt * dt * sym_times(support_part(supports, support_place(s), 0, support_stride), old);
-    if (sampled) sums[SPRING_SUM] += R(0.5) * dot(spring, place);
+    if (!halt) of_springs = R(0.25) * dt * dt * sym_times(K, n.velocity);
+    if (sampled) sums[SPRING_SUM] += R(0.5) * dot(spring, displacement);
   }
   // From rest a leapfrog starts with half an impulse: with a whole one, halting often amplifies the fastest modes.
-  const bool halt = S[HALT] != 0;
-  const real3 quenched = halt ? (real3)(0) : old;
+  const real3 quenched = halt ? (real3)(0) : n.velocity;
   const real impulse = halt ? R(0.5) * dt : dt;
   const real3 next = response(quenched / inverse + of_springs + impulse * f, inverse, growth, dt, s, supports, support_stride);
   v[a] = next.x;
   v[a + (size_t)nodes] = next.y;
   v[a + 2 * (size_t)nodes] = next.z;
-#if BEATS
-  if (!touches) {  // no pressure to come
-    u[a] += dt * next.x;
-    u[a + (size_t)nodes] += dt * next.y;
-    u[a + 2 * (size_t)nodes] += dt * next.z;
+  if (moves) {
+    u[a] = displacement.x + dt * next.x;
+    u[a + (size_t)nodes] = displacement.y + dt * next.y;
+    u[a + 2 * (size_t)nodes] = displacement.z + dt * next.z;
   }
-#endif
   if (sampled) sums[KINETIC_SUM] += R(0.5) / inverse * dot(quenched, quenched);
   real3 loads = (real3)(0);
 #if CAVITIES > 0
-  const uint packed = touches ? cavity_of[a] : 0;
   if (packed != 0) {
-    const int j = cavity_place(packed);
-    real3 g[CAVITIES], moved[CAVITIES];
+    real3 moved[CAVITIES];
     for (int q = 0; q < CAVITIES; ++q) {
-      g[q] = moved[q] = (real3)(0);
+      moved[q] = (real3)(0);
       if (!touches_cavity(packed, q)) continue;
-      int item[8];
-#pragma unroll
-      for (int c = 0; c < 8; ++c) item[c] = cavity_corners[j + (size_t)(8 * q + c) * cavity_nodes];
-#pragma unroll
-      for (int c = 0; c < 8; ++c) {
-        const size_t from = item[c] + (size_t)(3 * c) * items;
-        if (item[c] >= 0) g[q] += (real3)(gradient[from], gradient[from + items], gradient[from + 2 * (size_t)items]);
-      }
-      const size_t to = j + (size_t)(3 * q) * cavity_nodes;
+      const size_t to = cavity_place(packed) + (size_t)(3 * q) * cavity_nodes;
       cavity_gradient[to] = g[q].x;
       cavity_gradient[to + cavity_nodes] = g[q].y;
       cavity_gradient[to + 2 * (size_t)cavity_nodes] = g[q].z;
@@ -145,31 +170,36 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
                           global const int *restrict first_slot, global const int *restrict node_slots,
                           global const real *restrict inverse_mass, global const int *restrict support_of,
                           global const real *restrict supports, global const uchar *restrict cavity_block,
-                          global const uint *restrict cavity_of, global const int *restrict cavity_corners,
-                          global const real *restrict force, global const real *restrict gradient,
+                          global const uint *restrict cavity_of, global const int *restrict cavity_first,
+                          global const int *restrict cavity_slots, global const real *restrict force, global const real *restrict gradient,
                           global real *restrict cavity_gradient, global real *restrict u,
                           global real *restrict v, global real *restrict partial, const int slots, const int nodes,
-                          const int support_stride, const int items, const int cavity_nodes, const int odd,
+                          const int support_stride, const int gradient_slots, const int cavity_nodes, const int odd,
                           const int measured) {
 #ifdef GPU
   local real scratch[NODE_SUMS * SOLID_BLOCK];
   const int a = get_global_id(0), block = get_group_id(0), blocks = nodes / SOLID_BLOCK;
+  const node_step node = load_node(a, first_slot, inverse_mass, support_of, v, nodes);
 #else
   const int block = get_global_id(0), blocks = nodes / SOLID_BLOCK;
 #endif
+  const bool touches = cavity_block[block] != 0;
   global const wide *S = state + member_of_node[block] * MEMBER_STATE;
   if (STANDS(S)) return;
-  const bool touches = cavity_block[block] != 0;
   // Nobody asks for those of cavities elsewhere.
   const bool sampled = !BEATS || measured;
   const int begin = sampled ? 0 : RATE_SUM, count = (touches ? NODE_SUMS : RATE_SUM) - begin;
   real sums[NODE_SUMS];
   for (int k = 0; k < NODE_SUMS; ++k) sums[k] = 0;
 #ifndef GPU
-  for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a)
+  for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a) {
+    const node_step node = load_node(a, first_slot, inverse_mass, support_of, v, nodes);
 #endif
-    predict_node(a, S, touches, sampled, first_slot, node_slots, inverse_mass, support_of, supports, cavity_of, cavity_corners, force,
-                 gradient, cavity_gradient, u, v, slots, nodes, support_stride, items, cavity_nodes, odd, sums);
+    predict_node(a, node, touches ? cavity_of[a] : 0, touches, S, sampled, node_slots, supports, cavity_first, cavity_slots, force,
+                 gradient, cavity_gradient, u, v, slots, nodes, support_stride, gradient_slots, cavity_nodes, odd, sums);
+#ifndef GPU
+  }
+#endif
 #ifdef GPU
   if (count <= 0) return;
   sums_of_block(sums + begin, count, scratch);

@@ -77,10 +77,15 @@ kernel void solid_vertex_voids(global const real *restrict parameters, const rea
   near[a] = found;
 }
 
-// Unit fibre directions, and with -D SHEETS wall normals, at the four points of each cell: (POINTS, 3, stride).
+// Unit fibre directions, and with -D SHEETS wall normals, at the four points of each cell: by tiles (1 or 2, points, 3).
+#ifdef SHEETS
+#define DIRECTIONS 8
+#else
+#define DIRECTIONS 4
+#endif
 kernel void solid_fibres(global const real *restrict parameters, const real4 origin_and_spacing,
                          global const int *restrict grid_cell, global const uchar *restrict region,
-                         global real *restrict direction, const int stride) {
+                         global real *restrict direction) {
   const int i = get_global_id(0), cell = grid_cell[i];
   if (cell < 0) return;
   const int x = cell % NX, y = cell / NX % NY, zm = cell / (NX * NY);
@@ -91,14 +96,10 @@ kernel void solid_fibres(global const real *restrict parameters, const real4 ori
     const real3 sign = (real3)(g < 2 ? R(1.0) : R(-1.0), g % 2 == 0 ? R(1.0) : R(-1.0), g == 0 || g == 3 ? R(1.0) : R(-1.0));
     const real3 p = centre + R(0.28867513459481287) * h * sign;
     const real3 f = fibre_direction(p, region[i], P);
-    direction[i + (size_t)(3 * g) * stride] = f.x;
-    direction[i + (size_t)(3 * g + 1) * stride] = f.y;
-    direction[i + (size_t)(3 * g + 2) * stride] = f.z;
+    store_in_tile(f, direction, i, g, DIRECTIONS);
 #ifdef SHEETS
     const real3 s = wall_normal(p, region[i], P);
-    direction[i + (size_t)(12 + 3 * g) * stride] = s.x;
-    direction[i + (size_t)(13 + 3 * g) * stride] = s.y;
-    direction[i + (size_t)(14 + 3 * g) * stride] = s.z;
+    store_in_tile(s, direction, i, 4 + g, DIRECTIONS);
 #endif
   }
 }

@@ -1,7 +1,7 @@
 // The fastest mode of a member's tissue at rest, once: Chebyshev iteration (Saad 2011, Numerical Methods for Large Eigenvalue Problems, ch. 7.4) on
 // M^-1 K, K the derivative of the cells' forces, taken by differences. Cells share their nodes with others of another sign, so that the
 // mean pressure's stiffness of all is far below that of one cell alone (5.4 against 12 kappa / (rho h^2) in a heart): by how much depends
-// on the cut cells, and is what solid_measure takes from here. Springs are implicit and left out. Needs solid_nodes.cl, solid_cells.cl.
+// on the cut cells, and is what solid_measure takes from here. Springs are implicit and left out. Needs solid_nodes.cl, solid_cells.clh.
 
 // Largest displacement of the mode, in cells.
 #define WAVE_AMPLITUDE R(0.01)
@@ -38,7 +38,7 @@ kernel void solid_wave_cells(global const real *restrict parameters, global cons
                              const int cells, const int nodes_stride, const real h) {
   const int i = get_global_id(0);
   real quarter[POINTS];
-  load_shares(share, i, cells, quarter);
+  load_shares(share, i, quarter);
   if (!(quarter[0] + quarter[1] + quarter[2] + quarter[3] > 0)) return;
   const int member = member_of[i / SOLID_BLOCK];
   global const wide *S = state + member * MEMBER_STATE;
@@ -55,10 +55,10 @@ kernel void solid_wave_cells(global const real *restrict parameters, global cons
   const real next_pressure = law_pressure(mean_volume_ratio(&moved, quarter), kappa);
 #if TENSION
   real states[TENSION_STATES + 1];
-  for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[i + (size_t)k * cells];
-  const real T = tension[i + (size_t)(TENSION_STATES + 1) * cells];
-  const real stretch = fibre_stretch(&m, quarter, direction, i, cells);
-  const real next = fibre_stretch(&moved, quarter, direction, i, cells);
+  for (int k = 0; k < TENSION_STATES; ++k) states[k] = tension[in_tile(i, k, TENSION_FIELDS)];
+  const real T = tension[in_tile(i, TENSION_STATES + 1, TENSION_FIELDS)];
+  const real stretch = fibre_stretch(&m, quarter, direction, i);
+  const real next = fibre_stretch(&moved, quarter, direction, i);
   const real slope = tension_stiffness(states, T, stretch, M);
 #if TENSION_PER_STRETCH2
   const real next_T = T + slope * stretch * (next - stretch);
@@ -71,7 +71,7 @@ kernel void solid_wave_cells(global const real *restrict parameters, global cons
 #endif
   Modes sum = no_modes();
   for (int g = 0; g < POINTS; ++g) {
-    const real3 e = point_offset(g), f = direction_at(direction, i, cells, g), s = sheet_at(direction, i, cells, g);
+    const real3 e = point_offset(g), f = direction_at(direction, i, g), s = sheet_at(direction, i, g);
     const Columns before = deformation(&m, e), after = deformation(&moved, e);
     const real weight = fmax(quarter[g], MASS_FLOOR);
     const Columns P = point_stress(&before, &before, f, s, weight, quarter[g] * active, pressure, M);

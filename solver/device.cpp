@@ -106,6 +106,13 @@ bool Device::has_double() const {
   return info_.handle.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
 }
 
+std::string Device::register_limit(int registers) const {
+  const auto extensions = info_.handle.getInfo<CL_DEVICE_EXTENSIONS>();
+  return extensions.find("cl_nv_compiler_options") == std::string::npos
+             ? ""
+             : "-cl-nv-maxrregcount=" + std::to_string(registers);
+}
+
 bool Device::fits_argument(std::size_t bytes) const {
   constexpr std::size_t others = 512;
   return bytes + others <= info_.handle.getInfo<CL_DEVICE_MAX_PARAMETER_SIZE>();

@@ -40,6 +40,9 @@ class Device {
   /// Whether kernels may use double precision.
   bool has_double() const;
 
+  /// Option of build() that leaves a work-item so many registers; empty where the driver has none.
+  std::string register_limit(int registers) const;
+
   /// Whether a kernel takes an argument of so many bytes beside some dozens of others.
   bool fits_argument(std::size_t bytes) const;
 

@@ -40,7 +40,8 @@ Electromechanics::Electromechanics(Launcher& launcher, const Scene& scene, const
   }
   Definitions own = definitions;
   own.generated = generated;
-  const cl::Program program = own.build(launcher.device(), {"segments.clh", "electromechanics.cl"}, options);
+  const cl::Program program =
+      own.build(launcher.device(), {"solid_tile.clh", "segments.clh", "electromechanics.cl"}, options);
   bring_drive_ = launcher.handle(program, "bring_drive");
   bring_activation_ = launcher.handle(program, "bring_activation");
   if (scene.stretch_activated) bring_stretch_ = launcher.handle(program, "bring_stretch");
@@ -92,7 +93,7 @@ void Electromechanics::stretch(const Solid& solid, const Tissue& tissue, const M
   launcher_(bring_stretch_, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (4 + 2 * static_cast<double>(real_bytes(scene_.precision))),
             solid.tension_states(), cell_of_, tissue.member_of, parameters, monodomain.stretch_rate(),
-            solid.first_stretch());
+            solid.stretch_field(), solid.tension_fields());
 }
 
 }  // namespace cohort

@@ -23,6 +23,8 @@ namespace cohort {
 namespace {
 
 constexpr int samples_along_edge = 6, member_group = 128;
+constexpr int registers_of_forces =
+    96;  // H200: 0.173 ms of 42 hearts at 2 mm, 0.205 without a limit, 0.176 with 80
 constexpr double courant = 0.95;
 constexpr int mode_iterations = 150;  // of the fastest mode, from a start without order
 
@@ -82,12 +84,17 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   } else if (!wide_) {
     stepping.generated += "#define CIRCULATION_SINGLE\n";
   }
+  parts.emplace_back("solid_tile.clh");
   parts.emplace_back("solid.clh");
   parts.emplace_back("tension_drive.clh");
   const bool windows = std::find(more.begin(), more.end(), "WINDOWS=1") != more.end();
   parts.insert(parts.end(), text.files.begin(), text.files.end());
-  for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_nodes.cl", "solid_cells.cl",
-                           "solid_measure.cl", "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
+  for (const char* file : {"solid_reduce.clh", "solid_energy.clh", "solid_cells.clh"})
+    parts.emplace_back(file);
+  std::vector<std::string> of_forces = parts;
+  of_forces.emplace_back("solid_forces.cl");
+  for (const char* file :
+       {"solid_nodes.cl", "solid_measure.cl", "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
     parts.emplace_back(file);
   if (!viscous) parts.emplace_back("solid_waves.cl");
   if (windows) parts.emplace_back("solid_windows.cl");
@@ -102,9 +109,13 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   if (viscous) options.emplace_back("VISCOUS");
   options.insert(options.end(), more.begin(), more.end());
   program_ = stepping.build(device, parts, options);
+  // In a program of its own: with fewer registers it is faster, the others are slower.
+  if (const std::string limit = device.register_limit(registers_of_forces); !limit.empty())
+    options.push_back(limit);
+  const cl::Program forces = stepping.build(device, of_forces, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
-  forces_ = launcher.handle(program_, "solid_forces");
+  forces_ = launcher.handle(forces, "solid_forces");
   predict_ = launcher.handle(program_, "solid_predict");
   member_ = launcher.handle(program_, beats ? "solid_beat" : "solid_load");
   move_ = launcher.handle(program_, "solid_move");
@@ -123,6 +134,13 @@ cl::Buffer Solid::reals(const std::vector<double>& host) {
   const std::vector<std::byte> packed = pack(host, scene_.precision);
   const cl::Buffer buffer = launcher_.device().allocate(std::max<std::size_t>(8, packed.size()));
   if (!packed.empty()) launcher_.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, packed.size(), packed.data());
+  return buffer;
+}
+
+cl::Buffer Solid::zeros(std::size_t count) {
+  const std::size_t bytes = std::max<std::size_t>(8, count * real_bytes(scene_.precision));
+  const cl::Buffer buffer = launcher_.device().allocate(bytes);
+  launcher_.queue().enqueueFillBuffer(buffer, cl_uchar{0}, 0, bytes);
   return buffer;
 }
 
@@ -198,6 +216,9 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   item_cavity_ = upload_new(launcher_, mesh_.item_cavity);
   item_share_ = reals(mesh_.item_share);
   item_faces_ = reals(mesh_.item_faces);
+  item_tile_slots_ = upload_new(launcher_, mesh_.item_tile_slots);
+  item_slot_node_ = upload_new(launcher_, mesh_.item_slot_node);
+  item_slots_ = upload_new(launcher_, mesh_.item_slots);
   position_ = reals(mesh_.position);
   lid_ = reals(mesh_.lid);
   constexpr unsigned cavity_bits = 28;  // as in kernels/solid_nodes.cl
@@ -205,12 +226,14 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   for (std::size_t a = 0; a < cavity_of.size(); ++a) {
     if (mesh_.cavity_of[a] < 0) continue;
     cavity_of[a] = static_cast<cl_uint>(mesh_.cavity_of[a]);
-    for (std::size_t k = 0; k < 8 * cavities; ++k)
-      if (mesh_.cavity_corners[k * n(mesh_.cavity_nodes) + n(mesh_.cavity_of[a])] >= 0)
-        cavity_of[a] |= 1u << (cavity_bits + k / 8);
+    for (std::size_t q = 0; q < cavities; ++q)
+      if (const std::size_t place = q * n(mesh_.cavity_nodes) + n(mesh_.cavity_of[a]);
+          mesh_.cavity_first[place + 1] > mesh_.cavity_first[place])
+        cavity_of[a] |= 1u << (cavity_bits + q);
   }
   cavity_of_ = upload_new(launcher_, cavity_of);
-  cavity_corners_ = upload_new(launcher_, mesh_.cavity_corners);
+  cavity_first_ = upload_new(launcher_, mesh_.cavity_first);
+  cavity_slots_ = upload_new(launcher_, mesh_.cavity_slots);
   node_blocks_ = upload_new(launcher_, mesh_.node_blocks);
   cell_blocks_ = upload_new(launcher_, mesh_.cell_blocks);
   item_blocks_ = upload_new(launcher_, mesh_.item_blocks);
@@ -222,11 +245,11 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
       if (mesh_.grid_cell[i] >= 0) place[i] = labels_->place[n(mesh_.grid_cell[i]) % labels_->place.size()];
     launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
               member_of_cell_, upload_new(launcher_, place), region_,
-              upload_new(launcher_, labels_->direction), direction_, mesh_.cells);
+              upload_new(launcher_, labels_->direction), direction_);
   } else {
     const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
     launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
-              grid_.origin_and_spacing(), grid_cell, region_, direction_, mesh_.cells);
+              grid_.origin_and_spacing(), grid_cell, region_, direction_);
   }
   launcher_.queue().finish();
 
@@ -237,25 +260,26 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
          ++a)
       inverse[n(a)] /= members[m].values[density];
   inverse_mass_ = reals(inverse);
-  u_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
-  v_ = reals(std::vector<double>(3 * n(mesh_.nodes), 0));
-  force_ = reals(std::vector<double>(3 * mesh_.slot_node.size(), 0));
-  pulls_ = reals(std::vector<double>(n(mesh_.cells / SolidMesh::block), 0));
-  gradient_ = reals(std::vector<double>(24 * n(mesh_.items), 0));
-  volume_ = reals(std::vector<double>(n(mesh_.items / SolidMesh::block), 0));
-  cavity_gradient_ = reals(std::vector<double>(3 * cavities * n(mesh_.cavity_nodes), 0));
-  activation_ = reals(std::vector<double>(n(mesh_.cells), 0));
+  u_ = zeros(3 * n(mesh_.nodes));
+  v_ = zeros(3 * n(mesh_.nodes));
+  force_ = zeros(3 * mesh_.slot_node.size());
+  pulls_ = zeros(n(mesh_.cells / SolidMesh::block));
+  gradient_ = zeros(3 * mesh_.item_slot_node.size());
+  volume_ = zeros(n(mesh_.items / SolidMesh::block));
+  cavity_gradient_ = zeros(3 * cavities * n(mesh_.cavity_nodes));
+  activation_ = zeros(n(mesh_.cells));
   drive_ = drive_column_ = reals({});
-  std::vector<double> tension(n(tension_states_ + (balances_ ? 4 : 2)) * n(mesh_.cells), 0);
-  for (int k = 0; k < (balances_ ? 4 : 2); k += 2)
-    std::fill_n(tension.begin() + (tension_states_ + k) * mesh_.cells, mesh_.cells, 1.0);  // stretch
+  std::vector<double> tension(n(tension_fields() * mesh_.cells), 0);
+  for (std::size_t i = 0; i < n(mesh_.cells); ++i)
+    for (int k = tension_states_; k < tension_fields(); k += 2)
+      tension[SolidMesh::in_tile(i, n(k), n(tension_fields()))] = 1;  // stretch
   tension_ = reals(tension);
   const std::size_t sums = 4 + cavities + cavities * (cavities + 1) / 2;
-  node_sums_ = reals(std::vector<double>(sums * n(mesh_.nodes / SolidMesh::block), 0));
-  measures_ = reals(std::vector<double>((balances_ ? 4 : 2) * n(mesh_.cells / SolidMesh::block), 0));
-  dashpots_ = reals(std::vector<double>(balances_ ? n(mesh_.nodes / SolidMesh::block) : 0, 0));
-  cell_bounds_ = reals(std::vector<double>(n(mesh_.cells), 0));
-  speeds_ = reals(std::vector<double>(n(mesh_.nodes / SolidMesh::block), 0));
+  node_sums_ = zeros(sums * n(mesh_.nodes / SolidMesh::block));
+  measures_ = zeros((balances_ ? 4 : 2) * n(mesh_.cells / SolidMesh::block));
+  dashpots_ = zeros(balances_ ? n(mesh_.nodes / SolidMesh::block) : 0);
+  cell_bounds_ = zeros(n(mesh_.cells));
+  speeds_ = zeros(n(mesh_.nodes / SolidMesh::block));
   std::vector<double> state(members.size() * state_size, 0), inflation, mass_damping, pressures;
   for (std::size_t m = 0; m < members.size(); ++m) {
     const auto value = [&](const std::string& path) {
@@ -323,15 +347,18 @@ void Solid::forces(const cl::Buffer& parameters) {
   launcher_(forces_, cl::NDRange(size), cl::NDRange(gpu ? SolidMesh::block : 1),
             static_cast<double>(cells) * (17 + real * (4 + 12 + 1 + tension_states_ + 4)) +
                 static_cast<double>(slots) * (4 + real * 6) +
-                static_cast<double>(items) * (5 + 32 + real * (7 + 24 + 1 + 6)),
+                static_cast<double>(items) * (9 + 16 + real * (4 + 6 + 3)) +
+                static_cast<double>(mesh_.item_slot_node.size()) * (4 + real * 6),
             parameters, state_, member_of_cell_, cell_nodes_, tile_slots_, slot_node_, cell_slots_, share_,
             region_, direction_, activation_, tension_, u_, v_, force_, pulls_, member_of_item_, item_cell_,
-            item_cavity_, item_share_, item_faces_, position_, lid_, gradient_, volume_,
+            item_cavity_, item_share_, item_faces_, item_tile_slots_, item_slot_node_, item_slots_, position_,
+            lid_, gradient_, volume_,
             cl::Local(gpu ? real_bytes(scene_.precision) *
-                                static_cast<std::size_t>(std::max(6 * mesh_.most_slots, SolidMesh::block))
+                                static_cast<std::size_t>(std::max(8 * mesh_.most_slots, SolidMesh::block))
                           : 8),
-            mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots), mesh_.most_slots,
-            Real{grid_.dx_mm}, odd_, drive_, drive_column_, drive_clock_);
+            mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots),
+            static_cast<int>(mesh_.item_slot_node.size()), mesh_.most_slots, Real{grid_.dx_mm}, odd_, drive_,
+            drive_column_, drive_clock_);
 }
 
 void Solid::predict(bool measured) {
@@ -341,11 +368,11 @@ void Solid::predict(bool measured) {
   launcher_(predict_, cl::NDRange(gpu ? nodes : nodes / SolidMesh::block),
             cl::NDRange(gpu ? SolidMesh::block : 1),
             static_cast<double>(nodes) * (8 + real * (1 + 6)) +
-                static_cast<double>(mesh_.slot_node.size()) * (4 + real * 3),
+                static_cast<double>(mesh_.slot_node.size() + mesh_.item_slot_node.size()) * (4 + real * 3),
             state_, member_of_node_, first_slot_, node_slots_, inverse_mass_, support_of_, support_,
-            cavity_block_, cavity_of_, cavity_corners_, force_, gradient_, cavity_gradient_, u_, v_,
-            node_sums_, static_cast<int>(mesh_.slot_node.size()), mesh_.nodes, supports_, mesh_.items,
-            mesh_.cavity_nodes, odd_, measured ? 1 : 0);
+            cavity_block_, cavity_of_, cavity_first_, cavity_slots_, force_, gradient_, cavity_gradient_, u_,
+            v_, node_sums_, static_cast<int>(mesh_.slot_node.size()), mesh_.nodes, supports_,
+            static_cast<int>(mesh_.item_slot_node.size()), mesh_.cavity_nodes, odd_, measured ? 1 : 0);
 }
 
 void Solid::load(bool measured) {
@@ -386,9 +413,9 @@ void Solid::find_fastest_mode(const cl::Buffer& parameters) {
   const auto cells = static_cast<std::size_t>(mesh_.cells), nodes = static_cast<std::size_t>(mesh_.nodes),
              members = static_cast<std::size_t>(members_);
   const double real = static_cast<double>(real_bytes(scene_.precision));
-  const cl::Buffer wave = reals(std::vector<double>(6 * nodes, 0));
-  const cl::Buffer sums = reals(std::vector<double>(3 * nodes / SolidMesh::block, 0));
-  const cl::Buffer force = reals(std::vector<double>(24 * cells, 0));
+  const cl::Buffer wave = zeros(6 * nodes);
+  const cl::Buffer sums = zeros(3 * nodes / SolidMesh::block);
+  const cl::Buffer force = zeros(24 * cells);
   launcher_(wave_start_, cl::NDRange(nodes), cl::NDRange(SolidMesh::block), 0.0, member_of_node_,
             node_blocks_, state_, wave, mesh_.nodes);
   for (int k = 0; k < mode_iterations; ++k) {
@@ -423,14 +450,16 @@ void Solid::measure(const cl::Buffer& parameters) {
               member_of_node_, support_of_, support_, v_, dashpots_, mesh_.nodes, supports_);
 }
 
-std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count) {
+std::vector<double> Solid::read(const cl::Buffer& field, std::size_t count, std::size_t first) {
   std::vector<double> result(count);
   if (scene_.precision == Precision::double_) {
-    launcher_.queue().enqueueReadBuffer(field, CL_TRUE, 0, count * sizeof(double), result.data());
+    launcher_.queue().enqueueReadBuffer(field, CL_TRUE, first * sizeof(double), count * sizeof(double),
+                                        result.data());
     return result;
   }
   std::vector<float> single(count);
-  launcher_.queue().enqueueReadBuffer(field, CL_TRUE, 0, count * sizeof(float), single.data());
+  launcher_.queue().enqueueReadBuffer(field, CL_TRUE, first * sizeof(float), count * sizeof(float),
+                                      single.data());
   std::copy(single.begin(), single.end(), result.begin());
   return result;
 }
@@ -463,9 +492,10 @@ std::vector<double> Solid::displacement() {
 }
 std::vector<double> Solid::tensions() {
   const auto cells = static_cast<std::size_t>(mesh_.cells),
-             states = static_cast<std::size_t>(tension_states_);
-  const std::vector<double> all = read(tension_, (states + 2) * cells);
-  return {all.end() - mesh_.cells, all.end()};
+             fields = static_cast<std::size_t>(tension_fields());
+  const std::vector<double> all = by_component(read(tension_, fields * cells), fields);
+  const auto first = all.begin() + (tension_states_ + 1) * mesh_.cells;
+  return {first, first + mesh_.cells};
 }
 std::vector<double> Solid::velocity() {
   return read(v_, 3 * static_cast<std::size_t>(mesh_.nodes));

@@ -75,9 +75,10 @@ class Solid {
   const cl::Buffer& states() const { return state_; }
   const cl::Buffer& displacements() const { return u_; }
   const cl::Buffer& activations() const { return activation_; }
-  /// (states of the law + 2, cells): behind the states the stretch, then the tension.
+  /// By tiles (tension_fields): the law's states, then the stretch, then the tension.
   const cl::Buffer& tension_states() const { return tension_; }
-  int first_stretch() const { return tension_states_ * mesh_.cells; }
+  int stretch_field() const { return tension_states_; }
+  int tension_fields() const { return tension_states_ + (balances_ ? 4 : 2); }
   const Grid& grid() const { return grid_; }
   /// State of the members (members, state_size), kernels/solid.clh.
   std::vector<double> state();
@@ -160,7 +161,11 @@ class Solid {
   void find_fastest_mode(const cl::Buffer& parameters);
   void build_supports(std::span<const Member> members);
   cl::Buffer reals(const std::vector<double>& host);
-  std::vector<double> read(const cl::Buffer& field, std::size_t count);
+  cl::Buffer zeros(std::size_t count);
+  /// `count` numbers of a field from `first` on.
+  std::vector<double> read(const cl::Buffer& field, std::size_t count, std::size_t first = 0);
+  /// Of a field by tiles: (count, cells).
+  std::vector<double> by_component(const std::vector<double>& tiles, std::size_t count) const;
 
   Launcher& launcher_;
   const Scene& scene_;
@@ -179,8 +184,9 @@ class Solid {
       direction_, activation_, tension_, u_, v_, force_, item_cell_, item_cavity_, item_share_, item_faces_,
       position_, lid_, gradient_, volume_, corners_, tile_slots_, slot_node_, cell_slots_, first_slot_,
       node_slots_, cavity_block_, cavity_ends_, moving_, pulls_, inverse_mass_, support_of_, support_,
-      cavity_of_, cavity_corners_, cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_,
-      item_blocks_, pressures_, inflation_, damping_, cell_bounds_, speeds_, dashpots_, drive_, drive_column_;
+      cavity_of_, cavity_first_, cavity_slots_, item_tile_slots_, item_slot_node_, item_slots_,
+      cavity_gradient_, node_sums_, measures_, node_blocks_, cell_blocks_, item_blocks_, pressures_,
+      inflation_, damping_, cell_bounds_, speeds_, dashpots_, drive_, drive_column_;
   Real4 drive_clock_{};
   Launcher::Handle parts_, vertex_voids_, fibres_, forces_, predict_, member_, move_, measure_, bound_,
       wave_start_, wave_cells_, wave_nodes_, wave_member_, find_dashpots_, release_;

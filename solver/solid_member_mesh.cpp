@@ -35,6 +35,7 @@ void MemberMesh::prepare() {
   find_tissue();
   find_items();
   for (const int k : surface_void_) surface_list_.push_back(find_surface(k));
+  for (std::size_t q = 0; q < cavity_void_.size(); ++q) lid_list_.push_back(find_lid(q));
   order();
 }
 
@@ -252,11 +253,10 @@ void MemberMesh::number(SolidMesh& mesh) {
 
 void MemberMesh::append_cavity(SolidMesh& mesh, std::size_t q) {
   const int k = cavity_void_[q];
-  std::array<double, 3> lid{};
-  const int across = find_lid(q, lid);
-  mesh.lid.insert(mesh.lid.end(), lid.begin(), lid.end());
+  const Lid& lid = lid_list_[q];
+  mesh.lid.insert(mesh.lid.end(), lid.point.begin(), lid.point.end());
   for (int axis = 0; axis < 3; ++axis)
-    mesh.lid.push_back(across < 0 ? 1.0 / 3 : axis == across ? 0.0 : 1.0 / 2);
+    mesh.lid.push_back(lid.axis < 0 ? 1.0 / 3 : axis == lid.axis ? 0.0 : 1.0 / 2);
   for (const Item& item : item_list_[q]) {
     mesh.item_cell.push_back(local_[item.cell]);
     mesh.item_cavity.push_back(static_cast<std::uint8_t>(q));
@@ -277,9 +277,11 @@ std::string MemberMesh::cavity_path(std::size_t q) const {
   return "mechanics.cavities." + scene_.mechanics->cavities[q].name + ": the cavity";
 }
 
-int MemberMesh::find_lid(std::size_t q, std::array<double, 3>& lid) {
+MemberMesh::Lid MemberMesh::find_lid(std::size_t q) {
   const int k = cavity_void_[q];
-  int axis = -1, coordinate = 0;
+  Lid lid{-1, {}};
+  int& axis = lid.axis;
+  int coordinate = 0;
   std::int64_t blood = 0;
   std::array<std::int64_t, 3> sum{};
   for (std::size_t cell = 0; cell < cells_ && defect_.empty(); ++cell) {
@@ -304,12 +306,12 @@ int MemberMesh::find_lid(std::size_t q, std::array<double, 3>& lid) {
   }
   // Along the plane the vertex at the blood's middle: a place of the cavity, wherever the grid begins.
   for (std::size_t a = 0; a < 3; ++a)
-    lid[a] = origin_[a] + h_ * static_cast<double>(static_cast<int>(a) == axis ? coordinate
-                                                   : blood > 0                 ? sum[a] / blood
-                                                                               : 0);
+    lid.point[a] = origin_[a] + h_ * static_cast<double>(static_cast<int>(a) == axis ? coordinate
+                                                         : blood > 0                 ? sum[a] / blood
+                                                                                     : 0);
   if (blood == 0 && defect_.empty())
     defect_ = cavity_path(q) + " holds no cell: no cell of the grid is mostly its blood";
-  return axis;
+  return lid;
 }
 
 }  // namespace cohort

@@ -73,9 +73,12 @@ class MemberMesh {
   void append_cavity(SolidMesh& mesh, std::size_t q);
 
   std::string cavity_path(std::size_t q) const;
-  /// The plane in which a cavity's blood meets what is neither tissue nor its own: the axis across it, -1
-  /// where there is none.
-  int find_lid(std::size_t q, std::array<double, 3>& lid);
+  /// The plane in which a cavity's blood meets what is neither tissue nor its own.
+  struct Lid {
+    int axis;  ///< across it, -1 where there is none
+    std::array<double, 3> point;
+  };
+  Lid find_lid(std::size_t q);
 
  public:
   std::vector<int> mesh_nodes_;               // (count, 8) of this member's cells
@@ -101,6 +104,7 @@ class MemberMesh {
   };
   std::vector<std::vector<Item>> item_list_;       // by cavity
   std::vector<std::vector<Corner>> surface_list_;  // by boundary condition
+  std::vector<Lid> lid_list_;                      // by cavity
   std::string defect_;
 };
 

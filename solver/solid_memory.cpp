@@ -42,7 +42,11 @@ std::vector<cl::Buffer> Solid::buffers() const {
           support_of_,
           support_,
           cavity_of_,
-          cavity_corners_,
+          cavity_first_,
+          cavity_slots_,
+          item_tile_slots_,
+          item_slot_node_,
+          item_slots_,
           cavity_gradient_,
           node_sums_,
           measures_,
@@ -62,11 +66,30 @@ std::vector<cl::Buffer> Solid::buffers() const {
 
 // The buffers of the batch before, but for small ones.
 void Solid::release() {
-  for (cl::Buffer* buffer :
-       {&cell_nodes_, &tile_slots_,     &slot_node_,      &cell_slots_, &first_slot_,  &node_slots_,
-        &share_,      &direction_,      &tension_,        &u_,          &v_,           &force_,
-        &item_share_, &item_faces_,     &position_,       &gradient_,   &cell_bounds_, &corners_,
-        &support_,    &cavity_corners_, &cavity_gradient_})
+  for (cl::Buffer* buffer : {&cell_nodes_,
+                             &tile_slots_,
+                             &slot_node_,
+                             &cell_slots_,
+                             &first_slot_,
+                             &node_slots_,
+                             &share_,
+                             &direction_,
+                             &tension_,
+                             &u_,
+                             &v_,
+                             &force_,
+                             &item_share_,
+                             &item_faces_,
+                             &position_,
+                             &gradient_,
+                             &cell_bounds_,
+                             &corners_,
+                             &support_,
+                             &cavity_first_,
+                             &cavity_slots_,
+                             &item_slot_node_,
+                             &item_slots_,
+                             &cavity_gradient_})
     *buffer = cl::Buffer();
 }
 

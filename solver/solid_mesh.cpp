@@ -1,12 +1,12 @@
 #include "solver/solid_mesh.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <future>
 #include <numeric>
-#include <thread>
+#include <tuple>
+#include <utility>
 
+#include "solver/on_all_cores.hpp"
 #include "solver/solid_member_mesh.hpp"
 
 namespace cohort {
@@ -21,60 +21,78 @@ T& at(std::vector<T>& field, int component, int stride, int i) {
                static_cast<std::size_t>(i)];
 }
 
-/// Members one by one on the cores that there are.
-void prepare(std::vector<MemberMesh>& members) {
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t m = next++; m < members.size(); m = next++) members[m].prepare();
-  };
-  const std::size_t workers =
-      std::min<std::size_t>(members.size(), std::max(1u, std::thread::hardware_concurrency()));
-  std::vector<std::future<void>> others;
-  for (std::size_t k = 1; k < workers; ++k) others.push_back(std::async(std::launch::async, work));
-  work();
-  for (std::future<void>& other : others) other.get();
+/// Nodes that each tile touches, once each.
+struct TileSlots {
+  std::vector<std::uint16_t> of_corner;  ///< by tiles (8)
+  std::vector<int> first = {0};          ///< (tiles + 1)
+  std::vector<int> node;                 ///< (slots)
+  int most = 0;
+};
+
+/// Tiles from `begin` up to `end`, which touch nodes from first_node up to end_node; of_corner belongs to all
+/// tiles.
+template <typename CornerNode>
+TileSlots find_slots(int begin, int end, int first_node, int end_node, const CornerNode& corner_node,
+                     std::vector<std::uint16_t>& of_corner) {
+  TileSlots slots;
+  const auto nodes = static_cast<std::size_t>(end_node - first_node);
+  std::vector<int> place(nodes, 0), tile_of(nodes, -1);
+  const auto local = [&](int node) { return static_cast<std::size_t>(node - first_node); };
+  for (int tile = begin; tile < end; ++tile) {
+    const std::size_t first = static_cast<std::size_t>(tile) * SolidMesh::block;
+    std::vector<int> own;
+    for (std::size_t i = first; i < first + SolidMesh::block; ++i)
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        const int node = corner_node(i, corner);
+        if (node < 0 || tile_of[local(node)] == tile) continue;
+        tile_of[local(node)] = tile;
+        own.push_back(node);
+      }
+    std::sort(own.begin(), own.end());
+    for (std::size_t k = 0; k < own.size(); ++k) place[local(own[k])] = static_cast<int>(k);
+    for (std::size_t i = first; i < first + SolidMesh::block; ++i)
+      for (std::size_t corner = 0; corner < 8; ++corner)
+        if (const int node = corner_node(i, corner); node >= 0)
+          of_corner[SolidMesh::in_tile(i, corner, 8)] = static_cast<std::uint16_t>(place[local(node)]);
+    slots.node.insert(slots.node.end(), own.begin(), own.end());
+    slots.first.push_back(static_cast<int>(slots.node.size()));
+    slots.most = std::max(slots.most, static_cast<int>(own.size()));
+  }
+  return slots;
 }
 
-/// Slots of the tiles, from the nodes of cells.
-void number_slots(SolidMesh& mesh) {
-  const int tiles = mesh.cells / SolidMesh::block;
-  mesh.cell_slots.assign(8 * static_cast<std::size_t>(mesh.cells), 0);
-  mesh.tile_slots.assign(1, 0);
-  std::vector<int> place(static_cast<std::size_t>(mesh.nodes), 0), tile_of(place.size(), -1);
-  std::vector<int> count(place.size() + 1, 0);
-  for (int tile = 0; tile < tiles; ++tile) {
-    const int first = mesh.tile_slots.back();
-    std::vector<int> own;
-    for (int i = tile * SolidMesh::block; i < (tile + 1) * SolidMesh::block; ++i) {
-      if (mesh.grid_cell[static_cast<std::size_t>(i)] < 0) continue;
-      for (int corner = 0; corner < 8; ++corner) {
-        const int node = at(mesh.cell_nodes, corner, mesh.cells, i);
-        const auto a = static_cast<std::size_t>(node);
-        if (tile_of[a] != tile) {
-          tile_of[a] = tile;
-          own.push_back(node);
-        }
-      }
-    }
-    std::sort(own.begin(), own.end());
-    for (std::size_t k = 0; k < own.size(); ++k) {
-      place[static_cast<std::size_t>(own[k])] = static_cast<int>(k);
-      ++count[static_cast<std::size_t>(own[k]) + 1];
-    }
-    for (int i = tile * SolidMesh::block; i < (tile + 1) * SolidMesh::block; ++i)
-      for (int corner = 0; mesh.grid_cell[static_cast<std::size_t>(i)] >= 0 && corner < 8; ++corner)
-        at(mesh.cell_slots, corner, mesh.cells, i) = static_cast<std::uint16_t>(
-            place[static_cast<std::size_t>(at(mesh.cell_nodes, corner, mesh.cells, i))]);
-    mesh.slot_node.insert(mesh.slot_node.end(), own.begin(), own.end());
-    mesh.tile_slots.push_back(first + static_cast<int>(own.size()));
-    mesh.most_slots = std::max(mesh.most_slots, static_cast<int>(own.size()));
+/// corner_node(i, c): node of corner c of entry i, negative where there is no entry. blocks: of entries,
+/// first of each group, `groups` of them a member.
+template <typename CornerNode>
+TileSlots find_slots(const std::vector<int>& blocks, std::size_t groups, const std::vector<int>& node_blocks,
+                     const CornerNode& corner_node) {
+  TileSlots all;
+  all.of_corner.assign(8 * static_cast<std::size_t>(blocks.back()) * SolidMesh::block, 0);
+  all.first.assign(static_cast<std::size_t>(blocks.front()) + 1, 0);  // the void block has none
+  std::vector<TileSlots> parts(blocks.size() - 1);
+  on_all_cores(parts.size(), [&](std::size_t k) {
+    parts[k] = find_slots(blocks[k], blocks[k + 1], node_blocks[k / groups] * SolidMesh::block,
+                          node_blocks[k / groups + 1] * SolidMesh::block, corner_node, all.of_corner);
+  });
+  for (const TileSlots& part : parts) {
+    const int before = all.first.back();
+    for (std::size_t t = 1; t < part.first.size(); ++t) all.first.push_back(before + part.first[t]);
+    all.node.insert(all.node.end(), part.node.begin(), part.node.end());
+    all.most = std::max(all.most, part.most);
   }
-  std::partial_sum(count.begin(), count.end(), count.begin());
-  mesh.first_slot = count;
-  mesh.node_slots.resize(mesh.slot_node.size());
-  for (std::size_t slot = 0; slot < mesh.slot_node.size(); ++slot)
-    mesh.node_slots[static_cast<std::size_t>(count[static_cast<std::size_t>(mesh.slot_node[slot])]++)] =
-        static_cast<int>(slot);
+  return all;
+}
+
+/// The slots of each row, key(slot) its number: first of each (rows + 1), then the slots.
+template <typename Key>
+std::pair<std::vector<int>, std::vector<int>> slots_by(std::size_t rows, std::size_t slots, const Key& key) {
+  std::vector<int> first(rows + 1, 0), sorted(slots);
+  for (std::size_t slot = 0; slot < slots; ++slot) ++first[key(slot) + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<int> next(first.begin(), first.end() - 1);
+  for (std::size_t slot = 0; slot < slots; ++slot)
+    sorted[static_cast<std::size_t>(next[key(slot)]++)] = static_cast<int>(slot);
+  return {std::move(first), std::move(sorted)};
 }
 
 }  // namespace
@@ -97,7 +115,7 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
   std::vector<std::pair<int, std::vector<int>>> cell_nodes;  // first cell, (count, 8)
   std::vector<MemberMesh> prepared;
   for (int m = 0; m < members; ++m) prepared.emplace_back(scene, grid, parts, members, m);
-  prepare(prepared);
+  on_all_cores(prepared.size(), [&](std::size_t m) { prepared[m].prepare(); });
   for (MemberMesh& member : prepared) {
     const int first = mesh.cells;
     member.append(mesh);
@@ -109,15 +127,15 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
 
   const auto cells = static_cast<std::size_t>(mesh.cells), nodes = static_cast<std::size_t>(mesh.nodes),
              items = static_cast<std::size_t>(mesh.items);
-  const auto transposed = [](const std::vector<double>& rows, std::size_t columns) {
+  const auto by_tiles = [](const std::vector<double>& rows, std::size_t columns) {
     std::vector<double> result(rows.size());
-    const std::size_t n = rows.size() / columns;
-    for (std::size_t i = 0; i < n; ++i)
-      for (std::size_t k = 0; k < columns; ++k) result[k * n + i] = rows[i * columns + k];
+    for (std::size_t i = 0; i < rows.size() / columns; ++i)
+      for (std::size_t k = 0; k < columns; ++k)
+        result[SolidMesh::in_tile(i, k, columns)] = rows[i * columns + k];
     return result;
   };
-  mesh.share = transposed(shares, 4);
-  mesh.item_share = transposed(item_shares, 4);
+  mesh.share = by_tiles(shares, 4);
+  mesh.item_share = by_tiles(item_shares, 4);
   mesh.cell_nodes.assign(8 * cells, 0);
   mesh.corners.assign(8 * nodes, 0);
   std::vector<double> mass(nodes, 0);
@@ -128,13 +146,17 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
       const int cell = first + static_cast<int>(k / 8), corner = static_cast<int>(k % 8), node = list[k];
       at(mesh.cell_nodes, corner, mesh.cells, cell) = node;
       at(mesh.corners, corner, mesh.nodes, node) = cell;
-      mass[static_cast<std::size_t>(node)] += 0.03125 * volume *
-                                              (std::max(at(mesh.share, 0, mesh.cells, cell), floor) +
-                                               std::max(at(mesh.share, 1, mesh.cells, cell), floor) +
-                                               std::max(at(mesh.share, 2, mesh.cells, cell), floor) +
-                                               std::max(at(mesh.share, 3, mesh.cells, cell), floor));
+      const auto quarter = [&](std::size_t g) {
+        return std::max(shares[4 * static_cast<std::size_t>(cell) + g], floor);
+      };
+      mass[static_cast<std::size_t>(node)] +=
+          0.03125 * volume * (quarter(0) + quarter(1) + quarter(2) + quarter(3));
     }
-  number_slots(mesh);
+  TileSlots slots = find_slots(mesh.cell_blocks, 1, mesh.node_blocks, [&](std::size_t i, std::size_t corner) {
+    return mesh.grid_cell[i] < 0 ? -1 : mesh.cell_nodes[corner * cells + i];
+  });
+  std::tie(mesh.first_slot, mesh.node_slots) = slots_by(
+      nodes, slots.node.size(), [&](std::size_t slot) { return static_cast<std::size_t>(slots.node[slot]); });
   mesh.inverse_mass.resize(nodes);
   mesh.position.assign(3 * nodes, 0);
   for (std::size_t a = 0; a < nodes; ++a) {
@@ -146,9 +168,7 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
       mesh.position[axis * nodes + a] = grid.origin_mm[axis] + h * index[axis];
   }
 
-  mesh.item_faces.assign(6 * items, 0);
-  for (std::size_t j = 0; j < items; ++j)
-    for (std::size_t face = 0; face < 6; ++face) mesh.item_faces[face * items + j] = faces[6 * j + face];
+  mesh.item_faces = by_tiles(faces, 6);
   mesh.cavity_of.assign(nodes, -1);
   for (std::size_t j = 0; j < items; ++j) {
     if (mesh.item_cell[j] < 0) continue;
@@ -161,15 +181,30 @@ SolidMesh build_solid_mesh(const Scene& scene, const Grid& grid, const SolidPart
   mesh.cavity_block.assign(nodes / SolidMesh::block, 0);
   for (std::size_t a = 0; a < nodes; ++a)
     if (mesh.cavity_of[a] >= 0) mesh.cavity_block[a / SolidMesh::block] = 1;
-  mesh.cavity_corners.assign(cavities * 8 * static_cast<std::size_t>(mesh.cavity_nodes), -1);
-  for (std::size_t j = 0; j < items; ++j) {
-    if (mesh.item_cell[j] < 0) continue;
-    for (int corner = 0; corner < 8; ++corner) {
-      const int node = at(mesh.cell_nodes, corner, mesh.cells, mesh.item_cell[j]);
-      at(mesh.cavity_corners, 8 * mesh.item_cavity[j] + corner, mesh.cavity_nodes,
-         mesh.cavity_of[static_cast<std::size_t>(node)]) = static_cast<int>(j);
-    }
-  }
+  TileSlots of_items =
+      find_slots(mesh.item_blocks, std::max<std::size_t>(1, cavities), mesh.node_blocks,
+                 [&](std::size_t j, std::size_t corner) {
+                   return mesh.item_cell[j] < 0
+                              ? -1
+                              : mesh.cell_nodes[corner * cells + static_cast<std::size_t>(mesh.item_cell[j])];
+                 });
+  std::vector<int> block_of(of_items.node.size());
+  for (std::size_t b = 0; b + 1 < of_items.first.size(); ++b)
+    std::fill(block_of.begin() + of_items.first[b], block_of.begin() + of_items.first[b + 1],
+              static_cast<int>(b));
+  std::tie(mesh.cavity_first, mesh.cavity_slots) = slots_by(
+      cavities * static_cast<std::size_t>(mesh.cavity_nodes), of_items.node.size(), [&](std::size_t slot) {
+        const std::size_t block = static_cast<std::size_t>(block_of[slot]) * SolidMesh::block;
+        return static_cast<std::size_t>(mesh.item_cavity[block] * mesh.cavity_nodes +
+                                        mesh.cavity_of[static_cast<std::size_t>(of_items.node[slot])]);
+      });
+  mesh.most_slots = std::max(slots.most, of_items.most);
+  mesh.cell_slots = std::move(slots.of_corner);
+  mesh.tile_slots = std::move(slots.first);
+  mesh.slot_node = std::move(slots.node);
+  mesh.item_slots = std::move(of_items.of_corner);
+  mesh.item_tile_slots = std::move(of_items.first);
+  mesh.item_slot_node = std::move(of_items.node);
   return mesh;
 }
 

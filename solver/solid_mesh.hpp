@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -19,17 +20,23 @@ struct SolidMesh {
   static constexpr double mass_floor =
       0.25;  ///< least share of a cell that counts as mass and passive stress
 
+  /// Place of component k of `count` of a cell in a field by tiles, (cells / block, count, block); in_tile of
+  /// kernels/solid_tile.clh.
+  static constexpr std::size_t in_tile(std::size_t cell, std::size_t k, std::size_t count) {
+    return (cell / block * count + k) * block + cell % block;
+  }
+
   // Cells. cells: their number with padding, the stride of fields.
   int cells = 0;
   std::vector<int> cell_blocks;           ///< (members + 1) first block of each member
   std::vector<int> grid_cell;             ///< (cells) in the grid, counted over members; -1 in padding
   std::vector<std::uint8_t> region;       ///< (cells)
-  std::vector<double> share;              ///< (4, cells) of each point's quarter in tissue
+  std::vector<double> share;              ///< by tiles (4): of each point's quarter in tissue
   std::vector<int> cell_nodes;            ///< (8, cells)
-  std::vector<std::uint16_t> cell_slots;  ///< (8, cells) place of a corner among its tile's slots
+  std::vector<std::uint16_t> cell_slots;  ///< by tiles (8): place of a corner among its tile's slots
   std::vector<int> tile_slots;            ///< (tiles + 1) first slot of each
   std::vector<int> slot_node;
-  int most_slots = 0;  ///< of a tile
+  int most_slots = 0;  ///< of a tile, or of a block of items
   // Nodes.
   int nodes = 0;
   std::vector<int> node_blocks;      ///< (members + 1)
@@ -45,12 +52,16 @@ struct SolidMesh {
   std::vector<int> item_blocks;  ///< (members * cavities + 1)
   std::vector<int> item_cell;    ///< (items) -1 in padding
   std::vector<std::uint8_t> item_cavity;
-  std::vector<double> item_share;  ///< (4, items)
-  std::vector<double> item_faces;  ///< (6, items)
-  std::vector<double> lid;     ///< (members, cavities, 6) a point of its plane, mm; kernels/solid_cells.cl
+  std::vector<double> item_share;         ///< by tiles (4)
+  std::vector<double> item_faces;         ///< by tiles (6)
+  std::vector<std::uint16_t> item_slots;  ///< by tiles (8): as cell_slots
+  std::vector<int> item_tile_slots;       ///< (blocks + 1)
+  std::vector<int> item_slot_node;
+  std::vector<double> lid;     ///< (members, cavities, 6) a point of its plane, mm; kernels/solid_forces.cl
   std::vector<int> cavity_of;  ///< (nodes) place among cavities' nodes, -1 for others
   int cavity_nodes = 0;
-  std::vector<int> cavity_corners;  ///< (cavities, 8, cavity_nodes) item of which the node is corner c, or -1
+  std::vector<int> cavity_first;  ///< (cavities * cavity_nodes + 1) of the node, among cavity_slots
+  std::vector<int> cavity_slots;  ///< the items' slots of each cavity and node
   // Surfaces: of each boundary condition, the area vector of its nodes, away from the tissue.
   struct Patch {
     int node;

@@ -17,10 +17,17 @@ std::array<double, 3> Solid::centre(std::size_t cell) const {
 }
 
 std::pair<std::size_t, double> Solid::worst_cell(std::size_t k) {
-  const std::vector<double> u = displacement(), v = velocity();
+  // The member's nodes alone: a batch is long.
+  const auto nodes = static_cast<std::size_t>(mesh_.nodes);
+  const auto first = static_cast<std::size_t>(mesh_.node_blocks[k] * SolidMesh::block),
+             count = static_cast<std::size_t>(mesh_.node_blocks[k + 1] * SolidMesh::block) - first;
+  std::array<std::vector<double>, 3> u, v;
+  for (std::size_t row = 0; row < 3; ++row) {
+    u[row] = read(u_, count, row * nodes + first);
+    v[row] = read(v_, count, row * nodes + first);
+  }
   double worst = 1e30;
   std::size_t where = 0;
-  const auto nodes = static_cast<std::size_t>(mesh_.nodes);
   for (int i = mesh_.cell_blocks[k] * SolidMesh::block; i < mesh_.cell_blocks[k + 1] * SolidMesh::block;
        ++i) {
     const auto cell = static_cast<std::size_t>(i);
@@ -29,12 +36,15 @@ std::pair<std::size_t, double> Solid::worst_cell(std::size_t k) {
     std::array<std::array<double, 3>, 3> F{};
     double speeds = 0;  // no number where a velocity is none: displacements follow a step later
     for (int corner = 0; corner < 8; ++corner) {
-      const auto node = static_cast<std::size_t>(
-          mesh_.cell_nodes[static_cast<std::size_t>(corner) * static_cast<std::size_t>(mesh_.cells) + cell]);
+      const auto node =
+          static_cast<std::size_t>(
+              mesh_.cell_nodes[static_cast<std::size_t>(corner) * static_cast<std::size_t>(mesh_.cells) +
+                               cell]) -
+          first;
       for (std::size_t row = 0; row < 3; ++row) {
-        speeds += v[row * nodes + node];
+        speeds += v[row][node];
         for (std::size_t axis = 0; axis < 3; ++axis)
-          F[row][axis] += (corner >> axis & 1 ? 0.25 : -0.25) / grid_.dx_mm * u[row * nodes + node];
+          F[row][axis] += (corner >> axis & 1 ? 0.25 : -0.25) / grid_.dx_mm * u[row][node];
       }
     }
     for (std::size_t row = 0; row < 3; ++row) F[row][row] += 1;
@@ -77,8 +87,17 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
   return text.str();
 }
 
+std::vector<double> Solid::by_component(const std::vector<double>& tiles, std::size_t count) const {
+  const auto cells = static_cast<std::size_t>(mesh_.cells);
+  std::vector<double> result(tiles.size());
+  for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t i = 0; i < cells; ++i) result[k * cells + i] = tiles[SolidMesh::in_tile(i, k, count)];
+  return result;
+}
+
 std::vector<double> Solid::directions() {
-  return read(direction_, static_cast<std::size_t>(mesh_.cells) * (sheets_ ? 24 : 12));
+  const std::size_t cells = static_cast<std::size_t>(mesh_.cells), count = sheets_ ? 24 : 12;
+  return by_component(read(direction_, cells * count), count);
 }
 
 Solid::Place Solid::place_of(std::size_t m, const std::array<double, 3>& X) const {

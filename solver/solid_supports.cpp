@@ -5,6 +5,7 @@
 
 #include "solver/mechanics.hpp"
 #include "solver/new_buffer.hpp"
+#include "solver/on_all_cores.hpp"
 #include "solver/precision.hpp"
 #include "solver/solid.hpp"
 #include "solver/solid_labels.hpp"
@@ -164,8 +165,8 @@ void Solid::build_supports(std::span<const Member> members) {
                          (clamp ? "clamp" : "spring") + " holds nothing: surface \"" + conditions[b].surface +
                          "\" bounds no cell of the tissue";
     }
-  free_motions_.clear();
-  for (std::size_t m = 0; m < members.size(); ++m) {
+  free_motions_.assign(members.size(), 0);
+  on_all_cores(members.size(), [&](std::size_t m) {
     // What resists: of clamps their directions, of springs their stiffness over the largest.
     double stiffest = 0;
     const auto of_member = [&](const auto& visit) {
@@ -184,8 +185,8 @@ void Solid::build_supports(std::span<const Member> members) {
         one.resists[k] = (k < 3 ? 1 : 0) - one.resists[k] + (stiffest > 0 ? s.stiffness[k] / stiffest : 0);
       held.push_back(one);
     });
-    free_motions_.push_back(count_free_motions(mesh_, held));
-  }
+    free_motions_[m] = count_free_motions(mesh_, held);
+  });
   // In the order of nodes.
   std::vector<Support> sorted;
   for (int& place : support_of)
@@ -197,8 +198,9 @@ void Solid::build_supports(std::span<const Member> members) {
   supports_ = std::max<int>(1, static_cast<int>(supports.size()));
   std::vector<double> fields(18 * static_cast<std::size_t>(supports_), 0);
   for (std::size_t s = 0; s < supports.size(); ++s) {
-    const Matrix stiffness = projected(supports[s].projector, supports[s].stiffness),
-                 dashpot = projected(supports[s].projector, supports[s].dashpot);
+    const bool clamped = supports[s].projector != Support{}.projector;
+    const auto left = [&](const Matrix& A) { return clamped ? projected(supports[s].projector, A) : A; };
+    const Matrix stiffness = left(supports[s].stiffness), dashpot = left(supports[s].dashpot);
     for (std::size_t k = 0; k < 6; ++k) {
       fields[k * static_cast<std::size_t>(supports_) + s] = stiffness[k];
       fields[(6 + k) * static_cast<std::size_t>(supports_) + s] = dashpot[k];
@@ -206,9 +208,9 @@ void Solid::build_supports(std::span<const Member> members) {
     }
   }
   constexpr int clamped = 1 << 30;  // as CLAMPED in kernels/solid_nodes.cl
-  const std::array<double, 6> identity = {1, 1, 1, 0, 0, 0};
   for (int& place : support_of)
-    if (place >= 0 && supports[static_cast<std::size_t>(place)].projector != identity) place |= clamped;
+    if (place >= 0 && supports[static_cast<std::size_t>(place)].projector != Support{}.projector)
+      place |= clamped;
   support_of_ = upload_new(launcher_, support_of);
   support_ = reals(fields);
 }

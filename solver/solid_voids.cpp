@@ -97,13 +97,13 @@ int void_of_cavity(const Scene& scene, const Mechanics::Cavity& cavity) {
 std::vector<std::string> solid_part_files(const Scene& scene) {
   switch (scene.geometry) {
     case GeometryKind::heart:
-      return {"solid_parts_heart.clh", "solid_setup.cl"};
+      return {"solid_parts_heart.clh", "solid_tile.clh", "solid_setup.cl"};
     case GeometryKind::box:
-      return {"solid_parts_box.clh", "solid_setup.cl"};
+      return {"solid_parts_box.clh", "solid_tile.clh", "solid_setup.cl"};
     case GeometryKind::shapes:
-      return {"solid_parts_shapes.clh", "solid_setup.cl"};
+      return {"solid_parts_shapes.clh", "solid_tile.clh", "solid_setup.cl"};
     case GeometryKind::labels:
-      return {"label_fibres.clh", "solid_label_fibres.cl"};
+      return {"label_fibres.clh", "solid_tile.clh", "solid_label_fibres.cl"};
     case GeometryKind::none:
       break;
   }

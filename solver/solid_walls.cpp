@@ -34,7 +34,7 @@ class Shares {
     const int i = cell_[static_cast<std::size_t>(place)];
     double sum = 0;
     for (std::size_t g = 0; i >= 0 && g < 4; ++g)
-      sum += 0.25 * mesh_.share[g * static_cast<std::size_t>(mesh_.cells) + static_cast<std::size_t>(i)];
+      sum += 0.25 * mesh_.share[SolidMesh::in_tile(static_cast<std::size_t>(i), g, 4)];
     return sum;
   }
 
@@ -48,7 +48,7 @@ class Shares {
 std::map<int, Point> surface(const SolidMesh& mesh, std::size_t first_block, std::size_t last_block,
                              double h) {
   std::map<int, Point> area;
-  const auto items = static_cast<std::size_t>(mesh.items), cells = static_cast<std::size_t>(mesh.cells);
+  const auto cells = static_cast<std::size_t>(mesh.cells);
   const double quarter = 0.25 * h * h;
   for (std::size_t j = first_block * SolidMesh::block; j < last_block * SolidMesh::block; ++j) {
     if (mesh.item_cell[j] < 0) continue;
@@ -56,13 +56,13 @@ std::map<int, Point> surface(const SolidMesh& mesh, std::size_t first_block, std
       return mesh.cell_nodes[corner * cells + static_cast<std::size_t>(mesh.item_cell[j])];
     };
     double chi = 0;
-    for (std::size_t g = 0; g < 4; ++g) chi += 0.25 * mesh.item_share[g * items + j];
+    for (std::size_t g = 0; g < 4; ++g) chi += 0.25 * mesh.item_share[SolidMesh::in_tile(j, g, 4)];
     for (std::size_t corner = 0; corner < 8; ++corner)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Point& sum = area[node(corner)];
         const bool upper = corner >> axis & 1;
         sum[axis] += (upper ? -chi : chi) * quarter;
-        const double face = mesh.item_faces[(2 * axis + (upper ? 1 : 0)) * items + j];
+        const double face = mesh.item_faces[SolidMesh::in_tile(j, 2 * axis + (upper ? 1 : 0), 6)];
         sum[axis] += (upper ? face : -face) * quarter;
       }
   }

@@ -70,7 +70,7 @@ class SolidRun {
     return result;
   }
   double quarter(std::size_t cell, std::size_t g) const {
-    return mesh().share[g * static_cast<std::size_t>(mesh().cells) + cell];
+    return mesh().share[SolidMesh::in_tile(cell, g, 4)];
   }
   /// Whether all cells around a node are there, each filled with tissue.
   bool within_tissue(std::size_t a) const {

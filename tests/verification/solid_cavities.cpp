@@ -95,7 +95,7 @@ TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
     if (std::abs(run.solid->centre(static_cast<std::size_t>(run.mesh().item_cell[j]))[2] + 0.5) > 1e-9)
       continue;
     for (std::size_t g = 0; g < 4; ++g)
-      of_cells += 0.25 * run.mesh().item_share[g * run.mesh().item_cell.size() + j];
+      of_cells += 0.25 * run.mesh().item_share[SolidMesh::in_tile(j, g, 4)];
   }
   const std::vector<double> g = volume_slope(run, run.at_rest());
   double push = 0;
