@@ -19,7 +19,7 @@ Electromechanics::Electromechanics(Launcher& launcher, const Scene& scene, const
       scene_(scene),
       driven_(TensionDrive::wanted(scene)),
       calcium_(driven_ && read_tension(scene.mechanics->tension).drive == MaterialFile::Drive::calcium) {
-  std::vector<std::string> options;
+  std::vector<std::string> options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block)};
   std::string generated = definitions.generated;
   if (scene.stretch_activated) options.emplace_back("STRETCH_ACTIVATED");
   if (calcium_) {
