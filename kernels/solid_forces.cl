@@ -114,11 +114,11 @@ inline real face_areas(const real3 *x, real3 w, real3 *area) {
 // lies, each weighted. of_corner (8): derivative of the cavity's volume by the node's place, mm2. The faces'
 // part is the flux of a field of divergence 1. lid (members, CAVITIES, 6): a point of the plane in which the cavity is cut
 // open, and the weights of the field's components: none across the plane, so that a lid that moves there adds nothing.
-// item_faces (6, items): -x +x -y +y -z +z. at (slots): displacements of the tile of items.
+// item_faces, by tiles (6): -x +x -y +y -z +z. at (slots): displacements of the tile of items.
 inline real cavity_part(int j, int cell, int cavity, TILE const real4 *at, const int *slot, global const real *restrict item_share,
                         global const real *restrict item_faces, global const int *restrict cell_nodes,
-                        global const real *restrict position, global const real *restrict lid, const int nodes_stride, const int items,
-                        const real h, real3 *of_corner) {
+                        global const real *restrict position, global const real *restrict lid, const int nodes_stride, const real h,
+                        real3 *of_corner) {
   const Modes m = tile_modes(at, slot, R(0.25) / h);
   real chi[POINTS];
   load_shares(item_share, j, chi);
@@ -169,7 +169,7 @@ inline real4 displacement_at(global const real *restrict u, int a, int stride) {
 }
 
 #ifdef GPU
-// Of the work-item's cell in its tile; slot_node from the tile's first slot on.
+// Displacements of a tile's nodes, and no sums yet; slot_node from the tile's first slot on.
 inline void begin_tile(global const int *restrict slot_node, int count, global const real *restrict u, int nodes_stride, local real4 *at,
                        local real4 *sum) {
   for (int k = get_local_id(0); k < count; k += SOLID_BLOCK) {
@@ -196,7 +196,7 @@ inline void solid_items(int block, int member, global const int *restrict item_c
                         global const ushort *restrict item_slots, global const int *restrict cell_nodes,
                         global const real *restrict position, global const real *restrict lid, global const real *restrict u,
                         global real *restrict gradient, global real *restrict volume, local real4 *restrict scratch, int nodes_stride,
-                        int items, int gradient_slots, int most, real h) {
+                        int gradient_slots, int most, real h) {
   const int first = item_tile_slots[block], count = item_tile_slots[block + 1] - first;
   const int cavity = member * CAVITIES + item_cavity[block * SOLID_BLOCK];
   real3 of_corner[8];
@@ -208,8 +208,8 @@ inline void solid_items(int block, int member, global const int *restrict item_c
   local real4 *at = scratch, *sum = scratch + most;
   begin_tile(item_slot_node + first, count, u, nodes_stride, at, sum);
   real mm3 = cell < 0 ? R(0.0)
-                      : cavity_part(j, cell, cavity, at, slot, item_share, item_faces, cell_nodes, position, lid, nodes_stride, items,
-                                    h, of_corner);
+                      : cavity_part(j, cell, cavity, at, slot, item_share, item_faces, cell_nodes, position, lid, nodes_stride, h,
+                                    of_corner);
   add_to_tile(of_corner, slot, cell >= 0, sum);
   for (int k = own; k < count; k += SOLID_BLOCK) store_slot(sum[k], gradient, first + k, gradient_slots);
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -226,7 +226,7 @@ inline void solid_items(int block, int member, global const int *restrict item_c
     const int cell = item_cell[j];
     if (cell < 0) continue;
     for (int c = 0; c < 8; ++c) slot[c] = item_slots[in_tile(j, c, 8)];
-    mm3 += cavity_part(j, cell, cavity, at, slot, item_share, item_faces, cell_nodes, position, lid, nodes_stride, items, h, of_corner);
+    mm3 += cavity_part(j, cell, cavity, at, slot, item_share, item_faces, cell_nodes, position, lid, nodes_stride, h, of_corner);
     for (int c = 0; c < 8; ++c) sum[slot[c]] += (real4)(of_corner[c], 0);
   }
   for (int k = 0; k < count; ++k) store_slot(sum[k], gradient, first + k, gradient_slots);
@@ -251,7 +251,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
                          global const int *restrict item_tile_slots, global const int *restrict item_slot_node,
                          global const ushort *restrict item_slots, global const real *restrict position, global const real *restrict lid,
                          global real *restrict gradient, global real *restrict volume, local real4 *restrict scratch,
-                         const int cells, const int nodes_stride, const int items, const int slots,
+                         const int cells, const int nodes_stride, const int slots,
                          const int gradient_slots, const int most,
                          const real h, const int odd, global const real *restrict drive,
                          global const real *restrict drive_column, const real4 drive_clock) {
@@ -265,7 +265,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
     const int block = tile - cells / SOLID_BLOCK;
     if (state[member_of_item[block] * MEMBER_STATE + ENDED] != 0) return;
     solid_items(block, member_of_item[block], item_cell, item_cavity, item_share, item_faces, item_tile_slots, item_slot_node, item_slots,
-                cell_nodes, position, lid, u, gradient, volume, scratch, nodes_stride, items, gradient_slots, most, h);
+                cell_nodes, position, lid, u, gradient, volume, scratch, nodes_stride, gradient_slots, most, h);
     return;
   }
 #endif

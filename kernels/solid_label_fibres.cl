@@ -1,9 +1,8 @@
-// Fibres of a label map at the points of stress. Needs common.clh, fibres.clh, label_fibres.clh; -D SHEETS for wall normals too.
-// Needs solid_tile.clh.
+// Fibres of a label map at the points of stress. Needs common.clh, fibres.clh, label_fibres.clh, solid_tile.clh; -D SHEETS for wall normals too.
 #ifdef SHEETS
-#define DIRECTIONS 8
+#define DIRECTION_VECTORS 8
 #else
-#define DIRECTIONS 4
+#define DIRECTION_VECTORS 4
 #endif
 
 // place (stride): of a cell in `table`, -1 where there is none. table (cells, 4 points): normal of the wall, or axis, and the
@@ -19,10 +18,10 @@ kernel void solid_label_fibres(global const real *restrict parameters, global co
     const float4 d = table[4 * place[i] + g];
     const real3 v = (real3)(d.x, d.y, d.z);
     const real3 f = label_fibre(rule, v, d.w, P);
-    store_in_tile(f, direction, i, g, DIRECTIONS);
+    store_in_tile(f, direction, i, g, DIRECTION_VECTORS);
 #ifdef SHEETS
     const real3 s = normal_across(rule == 1 || rule == 2 ? v : (real3)(0), f);
-    store_in_tile(s, direction, i, 4 + g, DIRECTIONS);
+    store_in_tile(s, direction, i, 4 + g, DIRECTION_VECTORS);
 #endif
   }
 }

@@ -79,9 +79,9 @@ kernel void solid_vertex_voids(global const real *restrict parameters, const rea
 
 // Unit fibre directions, and with -D SHEETS wall normals, at the four points of each cell: by tiles (1 or 2, points, 3).
 #ifdef SHEETS
-#define DIRECTIONS 8
+#define DIRECTION_VECTORS 8
 #else
-#define DIRECTIONS 4
+#define DIRECTION_VECTORS 4
 #endif
 kernel void solid_fibres(global const real *restrict parameters, const real4 origin_and_spacing,
                          global const int *restrict grid_cell, global const uchar *restrict region,
@@ -96,10 +96,10 @@ kernel void solid_fibres(global const real *restrict parameters, const real4 ori
     const real3 sign = (real3)(g < 2 ? R(1.0) : R(-1.0), g % 2 == 0 ? R(1.0) : R(-1.0), g == 0 || g == 3 ? R(1.0) : R(-1.0));
     const real3 p = centre + R(0.28867513459481287) * h * sign;
     const real3 f = fibre_direction(p, region[i], P);
-    store_in_tile(f, direction, i, g, DIRECTIONS);
+    store_in_tile(f, direction, i, g, DIRECTION_VECTORS);
 #ifdef SHEETS
     const real3 s = wall_normal(p, region[i], P);
-    store_in_tile(s, direction, i, 4 + g, DIRECTIONS);
+    store_in_tile(s, direction, i, 4 + g, DIRECTION_VECTORS);
 #endif
   }
 }

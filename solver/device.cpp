@@ -106,11 +106,8 @@ bool Device::has_double() const {
   return info_.handle.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
 }
 
-std::string Device::register_limit(int registers) const {
-  const auto extensions = info_.handle.getInfo<CL_DEVICE_EXTENSIONS>();
-  return extensions.find("cl_nv_compiler_options") == std::string::npos
-             ? ""
-             : "-cl-nv-maxrregcount=" + std::to_string(registers);
+std::size_t Device::local_bytes() const {
+  return static_cast<std::size_t>(info_.handle.getInfo<CL_DEVICE_LOCAL_MEM_SIZE>());
 }
 
 bool Device::fits_argument(std::size_t bytes) const {

@@ -40,8 +40,8 @@ class Device {
   /// Whether kernels may use double precision.
   bool has_double() const;
 
-  /// Option of build() that leaves a work-item so many registers; empty where the driver has none.
-  std::string register_limit(int registers) const;
+  /// Local memory of a work-group.
+  std::size_t local_bytes() const;
 
   /// Whether a kernel takes an argument of so many bytes beside some dozens of others.
   bool fits_argument(std::size_t bytes) const;

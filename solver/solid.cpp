@@ -1,5 +1,7 @@
 #include "solver/solid.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -109,9 +111,9 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   if (viscous) options.emplace_back("VISCOUS");
   options.insert(options.end(), more.begin(), more.end());
   program_ = stepping.build(device, parts, options);
-  // In a program of its own: with fewer registers it is faster, the others are slower.
-  if (const std::string limit = device.register_limit(registers_of_forces); !limit.empty())
-    options.push_back(limit);
+  // In a program of its own: with fewer registers it is faster in single precision, the others are slower.
+  if (scene.precision == Precision::single_)
+    for (const std::string& option : device.register_cap(registers_of_forces)) options.push_back(option);
   const cl::Program forces = stepping.build(device, of_forces, options);
   tension_states_ = text.tension.states;
   sheets_ = text.law.sheets;
@@ -137,6 +139,11 @@ cl::Buffer Solid::reals(const std::vector<double>& host) {
   return buffer;
 }
 
+std::size_t Solid::bytes_of_tile() const {
+  return real_bytes(scene_.precision) *
+         static_cast<std::size_t>(std::max(8 * mesh_.most_slots, SolidMesh::block));
+}
+
 cl::Buffer Solid::zeros(std::size_t count) {
   const std::size_t bytes = std::max<std::size_t>(8, count * real_bytes(scene_.precision));
   const cl::Buffer buffer = launcher_.device().allocate(bytes);
@@ -151,6 +158,12 @@ void Solid::build(const cl::Buffer& parameters, std::span<const Member> members)
   release();
   mesh_ = build_solid_mesh(
       scene_, grid_, labels_ ? for_members(labels_->parts, members_) : find_parts(parameters), members_);
+  if (const Device& device = launcher_.device(); device.info().gpu && bytes_of_tile() > device.local_bytes())
+    throw std::runtime_error(
+        fmt::format("mechanics: a tile of {} nodes needs {} bytes of local memory, the device has {}: tissue "
+                    "in scattered "
+                    "cells? A larger mechanics.dx_mm or single precision may do",
+                    mesh_.most_slots, bytes_of_tile(), device.local_bytes()));
   upload(parameters, members);
   build_supports(members);
   // Halts that find rest need the fastest modes resolved in time.
@@ -352,13 +365,9 @@ void Solid::forces(const cl::Buffer& parameters) {
             parameters, state_, member_of_cell_, cell_nodes_, tile_slots_, slot_node_, cell_slots_, share_,
             region_, direction_, activation_, tension_, u_, v_, force_, pulls_, member_of_item_, item_cell_,
             item_cavity_, item_share_, item_faces_, item_tile_slots_, item_slot_node_, item_slots_, position_,
-            lid_, gradient_, volume_,
-            cl::Local(gpu ? real_bytes(scene_.precision) *
-                                static_cast<std::size_t>(std::max(8 * mesh_.most_slots, SolidMesh::block))
-                          : 8),
-            mesh_.cells, mesh_.nodes, mesh_.items, static_cast<int>(slots),
-            static_cast<int>(mesh_.item_slot_node.size()), mesh_.most_slots, Real{grid_.dx_mm}, odd_, drive_,
-            drive_column_, drive_clock_);
+            lid_, gradient_, volume_, cl::Local(gpu ? bytes_of_tile() : 8), mesh_.cells, mesh_.nodes,
+            static_cast<int>(slots), static_cast<int>(mesh_.item_slot_node.size()), mesh_.most_slots,
+            Real{grid_.dx_mm}, odd_, drive_, drive_column_, drive_clock_);
 }
 
 void Solid::predict(bool measured) {

@@ -162,6 +162,8 @@ class Solid {
   void build_supports(std::span<const Member> members);
   cl::Buffer reals(const std::vector<double>& host);
   cl::Buffer zeros(std::size_t count);
+  /// Local memory of a work-group of solid_forces.
+  std::size_t bytes_of_tile() const;
   /// `count` numbers of a field from `first` on.
   std::vector<double> read(const cl::Buffer& field, std::size_t count, std::size_t first = 0);
   /// Of a field by tiles: (count, cells).

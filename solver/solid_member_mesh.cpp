@@ -196,6 +196,19 @@ void MemberMesh::order() {
   for (std::size_t cell = 0; cell < cells_; ++cell)
     if (local_[cell] >= 0) cell_order_.push_back(cell);
   sort_to_tiles(cell_order_.begin(), cell_order_.end());
+  for (std::vector<Item>& items : item_list_) {
+    std::vector<std::size_t> of_items;
+    std::vector<std::size_t> place(cells_, 0);
+    for (std::size_t k = 0; k < items.size(); ++k) {
+      of_items.push_back(items[k].cell);
+      place[items[k].cell] = k;
+    }
+    if (of_items.empty()) continue;
+    sort_to_tiles(of_items.begin(), of_items.end());
+    std::vector<Item> sorted;
+    for (const std::size_t cell : of_items) sorted.push_back(items[place[cell]]);
+    items = std::move(sorted);
+  }
   constexpr int none = -1, inside = -2, on_surface = -3, of_cavity = -4, of_both = -5;
   node_.assign(vertices(), none);
   for (const std::size_t cell : cell_order_)

@@ -64,8 +64,8 @@ class MemberMesh {
   /// again and again; within a block along the grid.
   void sort_to_tiles(std::vector<std::size_t>::iterator first, std::vector<std::size_t>::iterator last) const;
 
-  /// Cells by tiles; vertices by kind, those of one kind by tiles: those of cavities first, of each the ones
-  /// on a surface.
+  /// Cells by tiles, each cavity's items likewise; vertices by kind, those of one kind by tiles: those of
+  /// cavities first, of each the ones on a surface.
   void order();
 
   void number(SolidMesh& mesh);

@@ -135,7 +135,7 @@ class SolidRun {
   struct Measured {
     double energy_uJ, volume_mm3, smallest_J, dt_ms;
   };
-  /// What solid_measure and cavity_forces find in a motion; volume: of the first cavity.
+  /// What solid_measure and solid_forces find in a motion; volume: of the first cavity.
   Measured measured(const std::vector<double>& u) {
     set(u, at_rest(), 0);
     solid->measure(parameters);

@@ -71,6 +71,27 @@ TEST(SolidCavity, VolumeOfAnEllipsoidConverges) {
   EXPECT_LT(std::abs(errors[2]), 0.65 * std::abs(errors[1]));
 }
 
+// Cells and items lie in compact tiles, which share few nodes: of 128 cubes in a cube of 5 x 5 x 5 there
+// are 1.7 nodes a cube, of 128 in a layer 2.2.
+TEST(SolidCavity, TilesAreCompact) {
+  SolidRun run(hollow(true, "neo_hookean", Precision::double_, false),
+               both(ellipsoids({14, 14, 34}, 6, 1), base_at(0)));
+  ASSERT_EQ(run.solid->defect(0), "");
+  const SolidMesh& mesh = run.mesh();
+  const auto used = [](const std::vector<int>& of) {
+    return static_cast<double>(std::count_if(of.begin(), of.end(), [](int i) { return i >= 0; }));
+  };
+  const double cells = used(mesh.grid_cell), items = used(mesh.item_cell);
+  const double of_cells = static_cast<double>(mesh.slot_node.size()) / cells,
+               of_items = static_cast<double>(mesh.item_slot_node.size()) / items;
+  std::printf("%.0f cells, %.0f items: %.2f and %.2f slots each, %d in a tile\n", cells, items, of_cells,
+              of_items, mesh.most_slots);
+  EXPECT_GT(items, 8 * SolidMesh::block);
+  EXPECT_LT(of_cells, 2.2);
+  EXPECT_LT(of_items, 3);
+  EXPECT_LT(mesh.most_slots, 3.3 * SolidMesh::block);
+}
+
 // A ventricle cut open at z = 0: half of an ellipsoid, closed by its lid.
 TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
   const std::array<double, 3> axes = {7, 7, 17};
@@ -94,8 +115,7 @@ TEST(SolidCavity, AnOpenCavityEndsAtItsLid) {
     if (run.mesh().item_cell[j] < 0) continue;
     if (std::abs(run.solid->centre(static_cast<std::size_t>(run.mesh().item_cell[j]))[2] + 0.5) > 1e-9)
       continue;
-    for (std::size_t g = 0; g < 4; ++g)
-      of_cells += 0.25 * run.mesh().item_share[SolidMesh::in_tile(j, g, 4)];
+    for (std::size_t g = 0; g < 4; ++g) of_cells += 0.25 * run.mesh().item_share[SolidMesh::in_tile(j, g, 4)];
   }
   const std::vector<double> g = volume_slope(run, run.at_rest());
   double push = 0;
