@@ -166,8 +166,10 @@ def print_check(rows, member):
     print(f"{'feature':<{width}}  {f'member {member}':>10}  {'healthy':>15}           of all")
     for name, value, lower, upper, within, share in rows:
         healthy = f"{lower:g} to {upper:g}"
-        print(f"{name:<{width}}  {value:10.4g}  {healthy:>15}  {'ok' if within else 'OUTSIDE':<7}  {100 * share:3.0f} %")
-    print(f"{sum(row[4] for row in rows)} of {len(rows)} within")
+        verdict = "not told" if numpy.isnan(value) else "ok" if within else "OUTSIDE"
+        print(f"{name:<{width}}  {value:10.4g}  {healthy:>15}  {verdict:<8}  {100 * share:3.0f} %")
+    untold = sum(bool(numpy.isnan(row[1])) for row in rows)
+    print(f"{sum(row[4] for row in rows)} of {len(rows)} within" + (f", {untold} not told (solver/README.md says when)" if untold else ""))
 
 
 def main(arguments=None):

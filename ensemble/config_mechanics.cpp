@@ -172,6 +172,33 @@ void read_condition(Node::Entry& entry, const std::vector<std::string>& surfaces
   mechanics.boundary.push_back(std::move(condition));
 }
 
+/// A condition that is a default by its name and gives numbers alone keeps its surface and its kind; where
+/// all of them are such, the other defaults stay.
+void read_boundary(Node& node, const Scene& scene, Mechanics& mechanics, Mistakes& mistakes) {
+  const std::vector<Mechanics::Boundary> defaults = mechanics.boundary;
+  const auto default_of = [&](Node::Entry& entry) {
+    Node& value = entry.value;
+    const bool numbers = value.kind == Node::Kind::map && !value.find("surface") && !value.find("clamp") &&
+                         !value.find("spring");
+    return std::find_if(defaults.begin(), defaults.end(), [&](const Mechanics::Boundary& condition) {
+      return numbers && condition.name == entry.key;
+    });
+  };
+  const bool numbers_alone =
+      !node.entries.empty() && std::all_of(node.entries.begin(), node.entries.end(), [&](Node::Entry& entry) {
+        return default_of(entry) != defaults.end();
+      });
+  if (!numbers_alone) mechanics.boundary.clear();
+  for (Node::Entry& entry : node.entries) {
+    node.known.insert(entry.key);
+    if (const auto condition = default_of(entry); condition == defaults.end())
+      read_condition(entry, boundary_surfaces(scene), mechanics, mistakes);
+    else {
+      if (!numbers_alone) mechanics.boundary.push_back(*condition);
+    }
+  }
+}
+
 void read_law(Node& node, Mechanics& mechanics, Mistakes& mistakes) {
   if (Node* law = take(node, "law")) {
     const std::vector<std::string> known = laws();
@@ -242,13 +269,8 @@ void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
       read_cavities(*cavities, scene, mechanics, mistakes);
   }
   if (heart) mechanics.boundary = default_heart_boundary(mechanics);
-  if (Node* boundary = take_map(*node, "boundary", mistakes)) {
-    mechanics.boundary.clear();
-    for (Node::Entry& entry : boundary->entries) {
-      boundary->known.insert(entry.key);
-      read_condition(entry, boundary_surfaces(scene), mechanics, mistakes);
-    }
-  }
+  if (Node* boundary = take_map(*node, "boundary", mistakes))
+    read_boundary(*boundary, scene, mechanics, mistakes);
   if (Node* still = take(*node, "quasi_static")) {
     mechanics.quasi_static = read_bool(*still, still->path, mistakes).value_or(false);
     if (mechanics.quasi_static && scene.circulation)

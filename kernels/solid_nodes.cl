@@ -52,6 +52,22 @@ inline real3 response(real3 impulse, real inverse_mass, real growth, real dt, in
 #define COMPLIANCE_SUM (RATE_SUM + CAVITIES)
 #define NODE_SUMS (COMPLIANCE_SUM + CAVITIES * (CAVITIES + 1) / 2)
 
+// What a node's step needs at once, before anything is known of its member: a GPU waits for all of it together.
+typedef struct {
+  real inverse_mass;
+  int first_slot, end_slot, support;
+  real3 velocity;
+} node_step;
+inline node_step load_node(int a, global const int *restrict first_slot, global const real *restrict inverse_mass,
+                           global const int *restrict support_of, global const real *restrict v, int nodes) {
+  const node_step n = {inverse_mass[a],
+                       first_slot[a],
+                       first_slot[a + 1],
+                       support_of[a],
+                       (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes])};
+  return n;
+}
+
 // Adds up what tiles have stored (3, slots) for a node: slots_of from `begin` up to `end`.
 inline real3 gathered(int begin, int end, global const int *restrict slots_of, global const real *restrict field, int slots) {
   real3 sum = (real3)(0);
@@ -73,17 +89,16 @@ inline real3 gathered(int begin, int end, global const int *restrict slots_of, g
 }
 
 // One node of solid_predict. packed: its cavities, 0 without.
-inline void predict_node(int a, uint packed, bool touches, global const wide *restrict S, bool sampled,
-                         global const int *restrict first_slot, global const int *restrict node_slots,
-                         global const real *restrict inverse_mass, global const int *restrict support_of, global const real *restrict supports,
+inline void predict_node(int a, const node_step n, uint packed, bool touches, global const wide *restrict S, bool sampled,
+                         global const int *restrict node_slots, global const real *restrict supports,
                          global const int *restrict cavity_first, global const int *restrict cavity_slots,
                          global const real *restrict force, global const real *restrict gradient,
                          global real *restrict cavity_gradient, global real *restrict u, global real *restrict v, int slots, int nodes,
                          int support_stride, int gradient_slots, int cavity_nodes, int odd, real *sums) {
-  const real inverse = inverse_mass[a];
+  const real inverse = n.inverse_mass;
   if (!(inverse > 0)) return;
-  const int s = support_of[a];
-  const real3 old = (real3)(v[a], v[a + (size_t)nodes], v[a + 2 * (size_t)nodes]);
+  const int s = n.support;
+  const real3 old = n.velocity;
   const real dt = S[STEP + odd], growth = 1 + (real)S[DAMPING] * dt;
   const bool halt = S[HALT] != 0, moves = BEATS && !touches;  // moves: no pressure is to come
   real3 displacement = (real3)(0);
@@ -98,7 +113,7 @@ inline void predict_node(int a, uint packed, bool touches, global const wide *re
       g[q] = (real3)(0);
     }
 #endif
-  real3 f = gathered(first_slot[a], first_slot[a + 1], node_slots, force, slots);
+  real3 f = gathered(n.first_slot, n.end_slot, node_slots, force, slots);
   real3 of_springs = (real3)(0);  // dt^2 K / 4 times the velocity before
   if (s >= 0) {
     const symmetric K = support_part(supports, support_place(s), 0, support_stride);
@@ -165,6 +180,7 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
 #ifdef GPU
   local real scratch[NODE_SUMS * SOLID_BLOCK];
   const int a = get_global_id(0), block = get_group_id(0), blocks = nodes / SOLID_BLOCK;
+  const node_step node = load_node(a, first_slot, inverse_mass, support_of, v, nodes);
 #else
   const int block = get_global_id(0), blocks = nodes / SOLID_BLOCK;
 #endif
@@ -177,11 +193,14 @@ kernel void solid_predict(global const wide *restrict state, global const ushort
   real sums[NODE_SUMS];
   for (int k = 0; k < NODE_SUMS; ++k) sums[k] = 0;
 #ifndef GPU
-  for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a)
+  for (int a = block * SOLID_BLOCK; a < (block + 1) * SOLID_BLOCK; ++a) {
+    const node_step node = load_node(a, first_slot, inverse_mass, support_of, v, nodes);
 #endif
-    predict_node(a, touches ? cavity_of[a] : 0, touches, S, sampled, first_slot, node_slots, inverse_mass, support_of, supports,
-                 cavity_first, cavity_slots, force, gradient, cavity_gradient, u, v, slots, nodes, support_stride, gradient_slots,
-                 cavity_nodes, odd, sums);
+    predict_node(a, node, touches ? cavity_of[a] : 0, touches, S, sampled, node_slots, supports, cavity_first, cavity_slots, force,
+                 gradient, cavity_gradient, u, v, slots, nodes, support_stride, gradient_slots, cavity_nodes, odd, sums);
+#ifndef GPU
+  }
+#endif
 #ifdef GPU
   if (count <= 0) return;
   sums_of_block(sums + begin, count, scratch);

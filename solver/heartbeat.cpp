@@ -245,7 +245,8 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
         !(least > smallest_volume_ratio))
       end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
-      return fail(Outcome::unstable, tissue[Solid::time], solid_->failure(k, end));
+      return fail(Outcome::unstable, tissue[Solid::time],
+                  fmt::format("{}, at {:.1f} ms", solid_->failure(k, end), tissue[Solid::time]));
     if (end == SolidEnd::moves && late)
       return fail(Outcome::timeout, tissue[Solid::time], "not finished in the time that a member has");
   } else if (status.ended == HeartEnd::running) {
@@ -260,6 +261,11 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
       !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));
+  constexpr int most_switches = 20;  // eight of a healthy beat and some
+  if (!tissue.empty() && status.switches > most_switches)
+    spdlog::warn(
+        "member {}: its valves switched {} times in a beat: pressures ring, or the chambers hardly eject",
+        member.id, status.switches);
   // Tissue is taken for nearly incompressible: slivers aside, cells of a healthy beat keep three quarters.
   if (constexpr double low = 0.6; !tissue.empty() && tissue[Solid::smallest_J] < low)
     spdlog::warn(

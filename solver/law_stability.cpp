@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "solver/mechanics.hpp"
+#include "solver/mechanics_structure.hpp"
 
 // Tangents D = 2 dS/dC of the laws at rest, in closed form (tests/verification/laws.cpp holds them against
 // the kernels), as matrices over xx, yy, zz, sqrt2 yz, sqrt2 xz, sqrt2 xy with fibres along x and sheets
@@ -143,7 +144,7 @@ std::string law_defect(const Scene& scene, std::span<const double> values) {
   const std::string& law = scene.mechanics->law;
   const auto known = rests().find(law);
   for (const Region& region : scene.regions) {
-    if (region.bath) continue;
+    if (region.bath || !deforms(scene, region.name)) continue;
     const Numbers number = numbers_of(scene, values, region);
     std::ostringstream text;
     text << "mechanics." << law << ": region \"" << region.name << "\": the law " << law;

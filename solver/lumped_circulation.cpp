@@ -44,12 +44,12 @@ std::string instability(const Scene& scene, const HeartStatus& status) {
            << status.value << " mmHg";
       break;
     case HeartDefect::steep:
-      text << "coupling oscillation: the pressure of the " << place << " changes by " << status.value
-           << " mmHg/s";
+      text << "coupling oscillation, or a load too sudden for the tissue: the pressure of the " << place
+           << " changes by " << status.value << " mmHg/s";
       break;
     case HeartDefect::apart:
-      text << "coupling oscillation: the blood of the " << place << " and its volume are " << status.value
-           << " mL apart";
+      text << "coupling oscillation, or tissue that nothing holds: the blood of the " << place
+           << " and its volume are " << status.value << " mL apart";
       break;
     case HeartDefect::none:
       break;

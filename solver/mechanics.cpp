@@ -221,7 +221,7 @@ void declare_mechanics(Scene& scene) {
       table.add(p);
     }
   for (const Region& region : scene.regions) {
-    if (region.bath) continue;
+    if (region.bath || !deforms(scene, region.name)) continue;
     for (const Group& group : all)
       for (Parameter p : group.parameters) {
         const std::string bare = p.path;

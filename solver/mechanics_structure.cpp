@@ -19,6 +19,15 @@ DeformingWalls deforming_walls(const Mechanics& mechanics) {
           holds(mechanics, "la"), holds(mechanics, "ra")};
 }
 
+bool deforms(const Scene& scene, const std::string& region) {
+  if (scene.geometry != GeometryKind::heart) return true;
+  const DeformingWalls walls = deforming_walls(*scene.mechanics);
+  if (region == "lv" || region == "rv") return walls.ventricles;
+  if (region == "la") return walls.la;
+  if (region == "ra") return walls.ra;
+  return region == "bachmann" && walls.la && walls.ra;
+}
+
 std::vector<Mechanics::Boundary> default_heart_boundary(const Mechanics& mechanics) {
   using Kind = Mechanics::Boundary::Kind;
   const DeformingWalls walls = deforming_walls(mechanics);

@@ -15,6 +15,8 @@ struct DeformingWalls {
   bool atria() const { return la || ra; }
 };
 DeformingWalls deforming_walls(const Mechanics& mechanics);
+/// Whether a region has cells that deform: of the schematic heart those of the walls around its cavities.
+bool deforms(const Scene& scene, const std::string& region);
 
 /// Mechanics of the schematic heart where a scene does not say otherwise: ventricles that hold the
 /// circulation's blood, passive tissue of Guccione et al., a twitch after activation, the supports below.

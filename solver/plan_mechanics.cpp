@@ -76,6 +76,15 @@ void warn_of_solid(const Scene& scene, const Solid& solid) {
         "mechanics.boundary: no clamp and no spring resists {} of the six rigid motions of the tissue: what "
         "does not balance its loads moves it away",
         free);
+  if (const int duration = scene.parameters.find("mechanics." + scene.mechanics->tension + ".duration_ms");
+      scene.circulation && duration >= 0 &&
+      scene.parameters.values()[static_cast<std::size_t>(duration)] >= beat_ms(scene))
+    spdlog::warn(
+        "mechanics.{}.duration_ms: {} ms is no shorter than a beat of {} ms: walls hardly rest, and chambers "
+        "hardly "
+        "fill",
+        scene.mechanics->tension, scene.parameters.values()[static_cast<std::size_t>(duration)],
+        beat_ms(scene));
   const auto& cavities = scene.mechanics->cavities;
   for (std::size_t q = 0; q < cavities.size(); ++q) {
     constexpr double enough = 1.5;  // the default heart at 2 mm has 1.9 and differs from 1 mm by 1 %
@@ -88,7 +97,9 @@ void warn_of_solid(const Scene& scene, const Solid& solid) {
           cavities[q].name, cells, cells * solid.grid().dx_mm, solid.grid().dx_mm,
           atrium
               ? "with 0.65 the default left atrium gains a fifth too little volume under 9 mmHg, with 1.3 7 %"
-              : "with 1.0 the default right ventricle's smallest volume is 7 % too large");
+          : cavities[q].name == "rv"
+              ? "with 1.0 the default right ventricle's smallest volume is 7 % too large"
+              : "it is too stiff across");
   }
 }
 

@@ -254,7 +254,7 @@ class Measurement {
       constexpr double rounding = 1e-6;
       beat_.samples = static_cast<std::size_t>(std::ceil(series.beat_ms / series.interval_ms - rounding));
     }
-    constexpr std::size_t fewest = 3;
+    const std::size_t fewest = beats ? 3 : 1;  // an equilibrium has one sample
     if (beat_.samples > all || beat_.samples < fewest) return;
     beat_.length = beats ? series.beat_ms : static_cast<double>(all) * series.interval_ms;
     for (std::size_t c = 0; c < series.compartments.size(); ++c) {

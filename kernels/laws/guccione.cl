@@ -4,7 +4,7 @@
 // the paper in components is here without a frame: with e = E f, Q = bt E:E + 2 (bfs - bt) e.e + (bf + bt - 2 bfs) (f.e)^2.
 //
 //@ sheets 0
-//@ parameter C_kPa 4 1e-4 1000 kPa "stiffness of the exponential law" "measured: gives physiological loops with the default heart"
+//@ parameter C_kPa 4 1e-4 1000 kPa "stiffness of the exponential law" "chosen: gives physiological loops with the default heart"
 //@ parameter bf 8 0.01 200 1 "exponent along fibres" "Land et al. 2015, problem 3"
 //@ parameter bt 3 0.01 200 1 "exponent across fibres" "Land et al. 2015, problem 3 (2); 3: measured with the default heart"
 //@ parameter bfs 4 0.01 200 1 "exponent of shear between fibres and what is across" "Land et al. 2015, problem 3"

@@ -2,8 +2,8 @@
 // 6.5): W = c1 (I1_bar - 3) + c2 (I2_bar - 3). The shear modulus at rest is 2 (c1 + c2); one of the two may be negative.
 //
 //@ sheets 0
-//@ parameter c1_kPa 0.5 -1e5 1e5 kPa "factor of the first invariant" "thesis, chapter 6 (fitted there to Land et al. 2015)"
-//@ parameter c2_kPa 0.5 -1e5 1e5 kPa "factor of the second invariant" "thesis, chapter 6 (fitted there to Land et al. 2015)"
+//@ parameter c1_kPa 5 -1e5 1e5 kPa "factor of the first invariant" "measured: a shear modulus of 20 kPa carries the default twitch (2, the thesis's, is pressed together by it)"
+//@ parameter c2_kPa 5 -1e5 1e5 kPa "factor of the second invariant" "measured: a shear modulus of 20 kPa carries the default twitch (2, the thesis's, is pressed together by it)"
 
 symmetric law_stress(symmetric C, real J, real3 f, real3 s, global const real *M) {
   real slope;

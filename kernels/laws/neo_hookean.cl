@@ -1,7 +1,7 @@
 // Neo-Hookean solid of the isochoric invariant: W = mu/2 (I1_bar - 3). Holzapfel 2000, Nonlinear Solid Mechanics, section 6.5.
 //
 //@ sheets 0
-//@ parameter mu_kPa 2 1e-4 1e5 kPa "shear modulus" "that of the thesis's Mooney-Rivlin solid, 2 (c1 + c2)"
+//@ parameter mu_kPa 20 1e-4 1e5 kPa "shear modulus" "measured: a shear modulus of 20 kPa carries the default twitch (2, the thesis's, is pressed together by it)"
 
 symmetric law_stress(symmetric C, real J, real3 f, real3 s, global const real *M) {
   real slope;

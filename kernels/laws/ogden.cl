@@ -4,12 +4,12 @@
 // term without mu is absent. Principal directions come from Jacobi's method, so equal stretches are like any others.
 //
 //@ sheets 0
-//@ parameter mu1_kPa 630 -1e6 1e6 kPa "factor of the first power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5"
-//@ parameter alpha1 1.3 -30 30 1 "exponent of the first power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5"
-//@ parameter mu2_kPa 1.2 -1e6 1e6 kPa "factor of the second power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5"
-//@ parameter alpha2 5 -30 30 1 "exponent of the second power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5"
-//@ parameter mu3_kPa -10 -1e6 1e6 kPa "factor of the third power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5"
-//@ parameter alpha3 -2 -30 30 1 "exponent of the third power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5"
+//@ parameter mu1_kPa 29.8 -1e6 1e6 kPa "factor of the first power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5, scaled to a shear modulus of 20 kPa"
+//@ parameter alpha1 1.3 -30 30 1 "exponent of the first power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5, scaled to a shear modulus of 20 kPa"
+//@ parameter mu2_kPa 0.057 -1e6 1e6 kPa "factor of the second power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5, scaled to a shear modulus of 20 kPa"
+//@ parameter alpha2 5 -30 30 1 "exponent of the second power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5, scaled to a shear modulus of 20 kPa"
+//@ parameter mu3_kPa -0.47 -1e6 1e6 kPa "factor of the third power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5, scaled to a shear modulus of 20 kPa"
+//@ parameter alpha3 -2 -30 30 1 "exponent of the third power" "Ogden 1972 (rubber), in Holzapfel 2000, section 6.5, scaled to a shear modulus of 20 kPa"
 
 #define OGDEN_TERMS 3
 // mu and alpha of term k; an exponent of 0 stands for its limit, where the power is a logarithm without effect on shape.

@@ -4,7 +4,7 @@
 //
 //@ sheets 0
 //@ parameter lambda_kPa 0 -1e5 1e6 kPa "Lame's first constant, beside the element's bulk modulus" "chosen"
-//@ parameter mu_kPa 2 1e-4 1e5 kPa "shear modulus, Lame's second constant" "that of the thesis's Mooney-Rivlin solid, 2 (c1 + c2)"
+//@ parameter mu_kPa 20 1e-4 1e5 kPa "shear modulus, Lame's second constant" "measured: a shear modulus of 20 kPa carries the default twitch (2, the thesis's, is pressed together by it)"
 
 symmetric law_stress(symmetric C, real J, real3 f, real3 s, global const real *M) {
   const real mu = M[M_mu_kPa];

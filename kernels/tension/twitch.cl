@@ -7,12 +7,12 @@
 //@ states 1
 //@ drive none
 //@ per_stretch2 1
-//@ parameter peak_kPa 205 0 1e4 kPa "tension of the longest fibres" "measured: gives physiological loops with the default heart"
-//@ parameter rise_ms 58 0.1 1e4 ms "time constant of the rise" "measured: gives physiological loops with the default heart"
-//@ parameter decay_ms 35 0.1 1e4 ms "time constant of the fall" "measured: gives physiological loops with the default heart"
-//@ parameter duration_ms 430 1 1e4 ms "from activation to the end, at most a beat" "measured: gives physiological loops with the default heart"
-//@ parameter length_slope 2 0 50 1 "how steeply tension grows with stretch" "measured: gives physiological loops with the default heart"
-//@ parameter length_zero 0.7 0 2 1 "stretch at which no tension is left" "measured: gives physiological loops with the default heart"
+//@ parameter peak_kPa 205 0 1e4 kPa "tension of the longest fibres" "chosen: gives physiological loops with the default heart"
+//@ parameter rise_ms 58 0.1 1e4 ms "time constant of the rise" "chosen: gives physiological loops with the default heart"
+//@ parameter decay_ms 35 0.1 1e4 ms "time constant of the fall" "chosen: gives physiological loops with the default heart"
+//@ parameter duration_ms 430 1 1e4 ms "from activation to the end, at most a beat" "chosen: gives physiological loops with the default heart"
+//@ parameter length_slope 2 0 50 1 "how steeply tension grows with stretch" "chosen: gives physiological loops with the default heart"
+//@ parameter length_zero 0.7 0 2 1 "stretch at which no tension is left" "chosen: gives physiological loops with the default heart"
 //@ parameter shortening_per_ms 0 0 1 1/ms "rate of unloaded shortening; 0: tension does not depend on velocity" "off: peak and times were found without"
 //@ parameter hill_a 0.35 0.01 10 1 "curvature of the force-velocity curve" "Niederer, Hunter & Smith 2006"
 //@ parameter velocity_lag_ms 10 0.1 1000 ms "how long tension lags behind velocity" "chosen: kernels/README.md"

@@ -26,23 +26,23 @@ def isochoric(C):
 
 
 def neo_hookean(C, f, s):
-    return 2 / 2 * (np.trace(isochoric(C)) - 3)
+    return 20 / 2 * (np.trace(isochoric(C)) - 3)
 
 
 def mooney_rivlin(C, f, s):
     Cb = isochoric(C)
     I1, I2 = np.trace(Cb), 0.5 * (np.trace(Cb) ** 2 - np.trace(Cb @ Cb))
-    return 0.5 * (I1 - 3) + 0.5 * (I2 - 3)
+    return 5 * (I1 - 3) + 5 * (I2 - 3)
 
 
 def st_venant_kirchhoff(C, f, s):
     E = (C - np.eye(3)) / 2
-    return 0.0 / 2 * np.trace(E) ** 2 + 2 * np.trace(E @ E)
+    return 0.0 / 2 * np.trace(E) ** 2 + 20 * np.trace(E @ E)
 
 
 def ogden(C, f, s):
     values = np.linalg.eigvals(isochoric(C))
-    return sum(mu / alpha * (np.sum(values ** (alpha / 2)) - 3) for mu, alpha in ((630, 1.3), (1.2, 5), (-10, -2)))
+    return sum(mu / alpha * (np.sum(values ** (alpha / 2)) - 3) for mu, alpha in ((29.8, 1.3), (0.057, 5), (-0.47, -2)))
 
 
 def holzapfel_ogden(C, f, s):

@@ -77,6 +77,37 @@ TEST(Config, ReadsTheMechanicsOfAHeart) {
   EXPECT_EQ(scene.parameters.value("outputs.displacement.points.apex_mm.z"), -60);
 }
 
+// Numbers alone change a default condition, with a surface the map replaces the defaults.
+TEST(Config, NumbersChangeADefaultCondition) {
+  using Kind = cohort::Mechanics::Boundary::Kind;
+  const std::string stiffness = "mechanics.boundary.epicardium.stiffness_kPa_per_mm";
+  const cohort::Scene alone =
+      heart_with("\n  mechanics: {boundary: {epicardium: {stiffness_kPa_per_mm: 0.2}}}\n");
+  ASSERT_EQ(alone.mechanics->boundary.size(), 3u);
+  EXPECT_EQ(alone.parameters.value(stiffness), 0.2);
+  const cohort::Scene both = heart_with(
+      "\n  mechanics: {boundary: {epicardium: {stiffness_kPa_per_mm: 0.3}, top: {surface: base, clamp: "
+      "all}}}\n");
+  ASSERT_EQ(both.mechanics->boundary.size(), 2u);
+  EXPECT_EQ(both.mechanics->boundary[0].surface, "epicardium");
+  EXPECT_EQ(both.mechanics->boundary[0].kind, Kind::spring_normal);
+  EXPECT_EQ(both.parameters.value(stiffness), 0.3);
+}
+
+// Regions whose walls do not deform have no numbers of the mechanics.
+TEST(Config, OnlyWallsThatDeformHaveMaterials) {
+  const auto known = [](const cohort::Scene& scene, const std::string& region) {
+    return scene.parameters.find("mechanics.regions." + region + ".peak_kPa") >= 0;
+  };
+  const cohort::Scene ventricles = heart_with("");
+  EXPECT_TRUE(known(ventricles, "lv") && known(ventricles, "rv"));
+  for (const char* region : {"la", "ra", "bachmann", "insulator", "aorta"})
+    EXPECT_FALSE(known(ventricles, region)) << region;
+  const cohort::Scene left = heart_with("\n  mechanics: {cavities: [lv, la]}\n");
+  EXPECT_TRUE(known(left, "la"));
+  EXPECT_FALSE(known(left, "ra") || known(left, "bachmann"));
+}
+
 TEST(Config, ReadsTheMechanicsOfShapes) {
   const Campaign campaign = parse_campaign(R"(
 scene:

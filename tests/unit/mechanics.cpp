@@ -72,6 +72,8 @@ TEST(Mechanics, PlansNoUnstableSolid) {
     std::vector<Member> members;
     for (const double c : second) {
       members.push_back({static_cast<std::int64_t>(members.size()), scene.parameters.values()});
+      members.back()
+          .values[static_cast<std::size_t>(scene.parameters.index("mechanics.mooney_rivlin.c1_kPa"))] = 0.5;
       members.back().values[c2] = c;
       scene.parameters.resolve(members.back().values);
     }

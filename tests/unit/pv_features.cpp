@@ -262,6 +262,10 @@ TEST(PvFeatures, ACavityWithoutACirculationHasItsExtremes) {
   EXPECT_EQ(f.size(), 4u);
   EXPECT_EQ(f.at("hollow_pressure_max_mmHg"), 5);
   EXPECT_EQ(f.at("hollow_volume_min_mL"), 1);
+  cavity.pressure = {5};  // an equilibrium
+  cavity.volume = {2};
+  EXPECT_EQ(cavity.features().at("hollow_pressure_min_mmHg"), 5);
+  EXPECT_EQ(cavity.features().at("hollow_volume_max_mL"), 2);
 }
 
 /// Lobes (counterclockwise, clockwise) of a curve by its angle, in `samples` steps.
