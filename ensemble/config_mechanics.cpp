@@ -269,6 +269,8 @@ void read_mechanics(Node& scene_node, Scene& scene, Mistakes& mistakes) {
       read_cavities(*cavities, scene, mechanics, mistakes);
   }
   if (heart) mechanics.boundary = default_heart_boundary(mechanics);
+  if (Node* given = node->find("boundary"); given && given->kind == Node::Kind::null)
+    mistakes.add(given->place, "mechanics.boundary: found nothing; {} is tissue that nothing holds");
   if (Node* boundary = take_map(*node, "boundary", mistakes))
     read_boundary(*boundary, scene, mechanics, mistakes);
   if (Node* still = take(*node, "quasi_static")) {

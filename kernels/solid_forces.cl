@@ -168,16 +168,23 @@ inline real4 displacement_at(global const real *restrict u, int a, int stride) {
   return (real4)(u[a], u[a + (size_t)stride], u[a + 2 * (size_t)stride], 0);
 }
 
-#ifdef GPU
 // Displacements of a tile's nodes, and no sums yet; slot_node from the tile's first slot on.
-inline void begin_tile(global const int *restrict slot_node, int count, global const real *restrict u, int nodes_stride, local real4 *at,
-                       local real4 *sum) {
+inline void begin_tile(global const int *restrict slot_node, int count, global const real *restrict u, int nodes_stride, TILE real4 *at,
+                       TILE real4 *sum) {
+#ifdef GPU
   for (int k = get_local_id(0); k < count; k += SOLID_BLOCK) {
+#else
+  for (int k = 0; k < count; ++k) {
+#endif
     at[k] = displacement_at(u, slot_node[k], nodes_stride);
     sum[k] = (real4)(0);
   }
+#ifdef GPU
   barrier(CLK_LOCAL_MEM_FENCE);
+#endif
 }
+
+#ifdef GPU
 // A node is corner c of one cell at most.
 inline void add_to_tile(const real3 *of_corner, const int *slot, bool tissue, local real4 *sum) {
 #pragma unroll
@@ -218,10 +225,7 @@ inline void solid_items(int block, int member, global const int *restrict item_c
 #else
   real4 at[MOST_SLOTS], sum[MOST_SLOTS];
   real mm3 = 0;
-  for (int k = 0; k < count; ++k) {
-    at[k] = displacement_at(u, item_slot_node[first + k], nodes_stride);
-    sum[k] = (real4)(0);
-  }
+  begin_tile(item_slot_node + first, count, u, nodes_stride, at, sum);
   for (int j = block * SOLID_BLOCK; j < (block + 1) * SOLID_BLOCK; ++j) {
     const int cell = item_cell[j];
     if (cell < 0) continue;
@@ -300,10 +304,7 @@ kernel void solid_forces(global const real *restrict parameters, global const wi
 #else
   real4 at[MOST_SLOTS], sum[MOST_SLOTS];
   real pull = 0;
-  for (int k = 0; k < count; ++k) {
-    at[k] = displacement_at(u, slot_node[first + k], nodes_stride);
-    sum[k] = (real4)(0);
-  }
+  begin_tile(slot_node + first, count, u, nodes_stride, at, sum);
   for (int i = tile * SOLID_BLOCK; i < (tile + 1) * SOLID_BLOCK; ++i) {
     real quarter[POINTS];
     load_shares(share, i, quarter);

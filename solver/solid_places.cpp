@@ -87,19 +87,6 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
   return text.str();
 }
 
-std::vector<double> Solid::by_component(const std::vector<double>& tiles, std::size_t count) const {
-  const auto cells = static_cast<std::size_t>(mesh_.cells);
-  std::vector<double> result(tiles.size());
-  for (std::size_t k = 0; k < count; ++k)
-    for (std::size_t i = 0; i < cells; ++i) result[k * cells + i] = tiles[SolidMesh::in_tile(i, k, count)];
-  return result;
-}
-
-std::vector<double> Solid::directions() {
-  const std::size_t cells = static_cast<std::size_t>(mesh_.cells), count = sheets_ ? 24 : 12;
-  return by_component(read(direction_, cells * count), count);
-}
-
 Solid::Place Solid::place_of(std::size_t m, const std::array<double, 3>& X) const {
   const double h = grid_.dx_mm;
   double nearest = 1e30;
