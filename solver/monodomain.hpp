@@ -74,6 +74,7 @@ class Monodomain {
   /// By derived constant of all models: its field, or -1.
   static std::vector<int> fields_of(const Scene& scene, std::span<const Member> members);
   void choose_fields(std::span<const Member> members);
+  void begin();
   void build_kernels();
   std::vector<double> read(const cl::Buffer& buffer, std::size_t count);
   std::string generated() const;

@@ -5,23 +5,28 @@ namespace cohort {
 Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                    int members_per_batch, int samples)
     : launcher_(launcher),
+      definitions_(definitions),
       precision_(scene.precision),
       members_per_batch_(members_per_batch),
       samples_(samples),
       quantities_((scene.ecg ? LeadWeights::leads : 0) + 1),
       weighted_(scene.ecg && scene.ecg->method == EcgRequest::Method::lead_field ? LeadWeights::leads : 0),
-      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
-  Device& device = launcher.device();
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {}
+
+// What a time loop needs: without one there is no sample.
+void Recorder::begin() {
+  Device& device = launcher_.device();
   const cl::Program program =
-      definitions.build(device, {"segments.clh", "diffusion.clh", "record.cl"},
-                        {"WIDTH=" + std::to_string(width_), "LEADS=" + std::to_string(weighted_),
-                         "ROW=" + std::to_string(quantities_)});
-  record_blocks_ = launcher.handle(program, "record_blocks");
-  record_totals_ = launcher.handle(program, "record_totals");
+      definitions_.build(device, {"segments.clh", "diffusion.clh", "record.cl"},
+                         {"WIDTH=" + std::to_string(width_), "LEADS=" + std::to_string(weighted_),
+                          "ROW=" + std::to_string(quantities_)});
+  record_blocks_ = launcher_.handle(program, "record_blocks");
+  record_totals_ = launcher_.handle(program, "record_totals");
   const auto bytes =
-      static_cast<std::size_t>(samples * members_per_batch * quantities_) * real_bytes(precision_);
-  for (cl::Buffer& half : series_) half = device.allocate(bytes);
-  first_block_ = device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int));
+      static_cast<std::size_t>(samples_ * members_per_batch_ * quantities_) * real_bytes(precision_);
+  for (cl::Buffer& half : series_) half = device.allocate(bytes, "half");
+  first_block_ =
+      device.allocate(static_cast<std::size_t>(members_per_batch_ + 1) * sizeof(int), "first block");
 }
 
 std::size_t Recorder::bytes(const Scene& scene, int members_per_batch, int samples, std::int64_t stride) {
@@ -34,13 +39,14 @@ std::size_t Recorder::bytes(const Scene& scene, int members_per_batch, int sampl
 }
 
 void Recorder::prepare(const Tissue& tissue) {
+  if (first_block_() == nullptr) begin();
   members_ = static_cast<int>(tissue.first_block.size()) - 1;
   half_ = 0;
   arrived_[0] = arrived_[1] = cl::Event();
   if (tissue.blocks > capacity_blocks_) {
     capacity_blocks_ = tissue.blocks + tissue.blocks / 16 + 1;
-    partial_ = launcher_.device().allocate(static_cast<std::size_t>(capacity_blocks_ * quantities_) *
-                                           real_bytes(precision_));
+    partial_ = launcher_.device().allocate(
+        static_cast<std::size_t>(capacity_blocks_ * quantities_) * real_bytes(precision_), "partial");
   }
   launcher_.queue().enqueueWriteBuffer(first_block_, CL_TRUE, 0, tissue.first_block.size() * sizeof(int),
                                        tissue.first_block.data());

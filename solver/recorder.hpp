@@ -36,7 +36,10 @@ class Recorder {
   int quantities() const { return quantities_; }
 
  private:
+  void begin();
+
   Launcher& launcher_;
+  Definitions definitions_;
   Precision precision_;
   int members_per_batch_, samples_, quantities_, weighted_, width_, members_ = 0;
   int half_ = 0;
