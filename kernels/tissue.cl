@@ -1,6 +1,5 @@
-// From a geometry to the compact tissue of every member: two passes over the grid (cells, then vertices), then the
-// compact arrays. Needs a geometry file in front (tissue_region), segments.clh, and
-// -D PARAMETERS (numbers in a member's block), EXCITABLE_TABLE (initialiser: 1 where a region is excitable).
+// From a geometry to the compact tissue of every member: a pass over the grid, then the compact arrays. Needs a geometry file in front (tissue_region), segments.clh, and
+// -D PARAMETERS (numbers in a member's block), EXCITABLE_TABLE (initialiser: 1 where a region is excitable); COORDINATES where something reads them.
 #if !defined(PARAMETERS) || !defined(EXCITABLE_TABLE)
 #error "tissue.cl needs PARAMETERS and EXCITABLE_TABLE"
 #endif
@@ -81,6 +80,7 @@ kernel void fibre_field(global const real *restrict parameters, const real4 orig
   fibre[i + 2 * (size_t)stride] = f.z;
 }
 
+#ifdef COORDINATES
 // tissue_coordinates at the centres of tissue cells: (4, stride). Zero elsewhere.
 kernel void coordinate_field(global const real *restrict parameters, const real4 origin_and_spacing,
                              global const int *restrict first_cell, global const ushort *restrict member_of,
@@ -96,4 +96,5 @@ kernel void coordinate_field(global const real *restrict parameters, const real4
   coordinates[i + 2 * (size_t)stride] = c.z;
   coordinates[i + 3 * (size_t)stride] = c.w;
 }
+#endif
 #endif

@@ -8,14 +8,14 @@ Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& 
     : launcher_(launcher),
       definitions_(definitions),
       precision_(scene.precision),
-      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
-  Device& device = launcher.device();
-  const cl::Program program = definitions.build(device, {"segments.clh", "stencil.cl"});
-  tensor_ = launcher.handle(program, "conductivity_tensor");
-  assemble_ = launcher.handle(program, "assemble_stencil");
-}
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {}
 
 void Diffusion::reserve(const Tissue& tissue) {
+  if (tensor_.program() == nullptr) {
+    const cl::Program program = definitions_.build(launcher_.device(), {"segments.clh", "stencil.cl"});
+    tensor_ = launcher_.handle(program, "conductivity_tensor");
+    assemble_ = launcher_.handle(program, "assemble_stencil");
+  }
   if (tissue.stride <= capacity_) return;
   capacity_ = tissue.stride + tissue.stride / 16;
   const auto cells = static_cast<std::size_t>(capacity_);

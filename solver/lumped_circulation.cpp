@@ -60,7 +60,8 @@ std::string instability(const Scene& scene, const HeartStatus& status) {
 std::size_t LumpedCirculation::bytes(const Scene& scene, int members_per_batch, std::size_t samples) {
   const std::size_t rows = 2 * compartments_of(scene) * samples * sizeof(float);
   return static_cast<std::size_t>(members_per_batch) *
-         (heart_state_bytes + sizeof(HeartStatus) + sizeof(double) + rows);
+             (heart_state_bytes + sizeof(HeartStatus) + sizeof(double) + rows) +
+         2 * Device::least_bytes;  // the clock, and what blood is less than one
 }
 
 LumpedCirculation::LumpedCirculation(Launcher& launcher, const Scene& scene, int members_per_batch,

@@ -138,14 +138,14 @@ void Monodomain::build_kernels() {
                    definitions_.generated);
   kernels_->step = launcher_.handle(program, "monodomain_step");
   kernels_->diffusion_step = launcher_.handle(program, "diffusion_step");
-  if (!scene_.stimuli.empty()) {
-    options.push_back("STIMULATED");
-    options.push_back("STIMULI=" + std::to_string(scene_.stimuli.size()));
-    const cl::Program stimulated = device.build(
-        joined({"segments.clh", "diffusion.clh", "stimulus.clh"}, "reaction.clh", "monodomain.cl"), options,
-        definitions_.generated);
-    kernels_->stimulated_step = launcher_.handle(stimulated, "monodomain_step");
-  }
+  if (scene_.stimuli.empty()) return;
+  options.push_back("STIMULATED");
+  options.push_back("STIMULI=" + std::to_string(scene_.stimuli.size()));
+  kernels_->build_stimulated =
+      [this, &device, options,
+       files = joined({"segments.clh", "diffusion.clh", "stimulus.clh"}, "reaction.clh", "monodomain.cl")] {
+        return launcher_.handle(device.build(files, options, definitions_.generated), "monodomain_step");
+      };
 }
 
 std::size_t Monodomain::bytes(const Scene& scene, std::span<const Member> members, int batch,
@@ -318,6 +318,8 @@ void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
+  if (stimulated && kernels_->stimulated_step.program() == nullptr)
+    kernels_->stimulated_step = kernels_->build_stimulated();
   const auto step = [&](const auto& derived) {
     launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
               bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,

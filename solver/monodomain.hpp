@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
@@ -108,6 +109,7 @@ class Monodomain {
   int before_capacity_ = 0;
   struct Kernels {
     Launcher::Handle derive, segment_rates, initialise, step, stimulated_step, diffusion_step;
+    std::function<Launcher::Handle()> build_stimulated;  ///< with the first stimulus
   };
   std::map<std::vector<int>, Kernels> kernels_by_fields_;
   Kernels* kernels_ = nullptr;

@@ -348,7 +348,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   // Rows of fibres and coordinates from a label map, of one heart.
   if (labels) geometry_bytes += 8 * sizeof(float) * plan.segments * Tissue::lanes;
   module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_bytes);
+  const std::size_t before_cables = device.allocated_bytes();
+  device.restart_peak();
   choose_activation(device, scene, base, members, grid.dx_mm, plan);
+  const std::size_t for_cables = device.peak_bytes() - before_cables;
   if (scene.stimuli.empty() && !scene.conduction_system)
     spdlog::warn("nothing stimulates the tissue: there are neither stimuli nor a conduction system");
   if (scene.conduction_system && scene.conduction_system->kind == ConductionSystem::Kind::delay &&
@@ -356,11 +359,11 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     spdlog::warn("the ventricles are never activated: every early site of the conduction system is off");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
-  module(
-      "eikonal", eikonal || triggers,
-      eikonal || triggers ? plan.activation_reason
-                          : method_name(plan.activation) + ": " + plan.activation_reason,
-      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room));
+  module("eikonal", eikonal || triggers,
+         eikonal || triggers ? plan.activation_reason
+                             : method_name(plan.activation) + ": " + plan.activation_reason,
+         eikonal ? EikonalActivation::bytes(room, scene.precision)
+                 : ReactionEikonal::bytes(scene, batch, room) + for_cables);
   module("templates", eikonal && scene.ecg,
          !eikonal     ? "the time loop has the potential"
          : !scene.ecg ? "no ECG is asked for"

@@ -33,7 +33,7 @@ std::size_t bytes_of_member(Solid& solid, Launcher& launcher, const Scene& scene
     solid.build(parameters, {&large, 1});
     if (solid.defect(0).empty()) most = std::max(most, solid.bytes());
   }
-  if (!largest.empty()) most += most / 64;  // there may be a larger one
+  if (members.size() > 1 && !largest.empty()) most += most / 64;  // there may be a larger one
   return most;
 }
 

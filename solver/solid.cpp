@@ -98,7 +98,9 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   for (const char* file : {"solid_nodes.cl", "solid_measure.cl", "solid_look.clh", "solid_energy.cl"})
     parts.emplace_back(file);
   if (scene.displacement) parts.emplace_back("solid_record.cl");
-  if (!viscous) parts.emplace_back("solid_waves.cl");
+  // Halts that find rest need the fastest modes resolved in time: no share of them is looked for.
+  const bool waves = !viscous && !scene.mechanics->quasi_static;
+  if (waves) parts.emplace_back("solid_waves.cl");
   if (windows) parts.emplace_back("solid_windows.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
@@ -125,7 +127,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   if (windows) release_ = launcher.handle(program_, "solid_release");
   bound_ = launcher.handle(program_, "solid_bound");
   if (balances_) find_dashpots_ = launcher.handle(program_, "solid_dashpots");
-  if (viscous) return;  // its step is bounded cell by cell
+  if (!waves) return;  // steps are bounded cell by cell
   wave_start_ = launcher.handle(program_, "solid_wave_start");
   wave_cells_ = launcher.handle(program_, "solid_wave_cells");
   wave_nodes_ = launcher.handle(program_, "solid_wave_nodes");

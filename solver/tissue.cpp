@@ -117,6 +117,8 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
     files.insert(files.end(), {"label_fibres.clh", "labels.cl"});
     labels_ = label_cells(scene);
   }
+  if (scene.conduction_system || !scene.heterogeneity.parameters.empty())
+    definitions.options.emplace_back("COORDINATES");
   const cl::Program program =
       device_.build(files, definitions.options, definitions.generated + geometry_source(scene));
   if (!labels) classify_ = launcher.handle(program, "classify_cells");
