@@ -19,6 +19,7 @@
 #include "ensemble/progress.hpp"
 #include "ensemble/ranks.hpp"
 #include "ensemble/status.hpp"
+#include "ensemble/table.hpp"
 #include "ensemble/worker.hpp"
 
 namespace cohort {
@@ -155,7 +156,9 @@ ExitCode run_members(const RunningCampaign& running, const WorkerOptions& option
     if (slot >= 0) running.store.write_performance(slot, performance);
   });
   const RunTotals totals = add_up(ranks, performance, done);
-  if (ranks.first() && totals.members > 0) fmt::print("{}", performance_report(performance, totals));
+  if (ranks.first() && totals.members > 0)
+    fmt::print("{}{} of device memory at the peak\n", performance_report(performance, totals),
+               human_bytes(running.device.peak_bytes()));
   return static_cast<ExitCode>(exit_code(running.store.statuses()));
 }
 
@@ -180,6 +183,7 @@ ExitCode command_run(const CampaignOptions& options) {
   ranks.agree([&] {
     told_in_place(campaign, [&] {
       plan = plan_campaign(*device, campaign, all);
+      device->restart_peak();
       simulation.emplace(*device, campaign.scene, plan);
     });
   });

@@ -340,7 +340,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const bool heterogeneous = !scene.heterogeneity.parameters.empty();
   const bool labels = scene.geometry == GeometryKind::labels;
   const std::size_t real = real_bytes(scene.precision);
+  constexpr std::size_t small_buffers = 8;  // of all modules, that are less than the least
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, room, scene.precision) +
+                               small_buffers * Device::least_bytes +
                                base.values.size() * static_cast<std::size_t>(batch) * real;
   if (heterogeneous || scene.conduction_system) {
     geometry_bytes += 4 * static_cast<std::size_t>(room) * real;
@@ -359,11 +361,18 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     spdlog::warn("the ventricles are never activated: every early site of the conduction system is off");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
+  // Cables of fronts are run before the buffers of the eikonal solver are there, but in a batch after.
+  std::size_t eikonal_bytes =
+      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room);
+  if (triggers)
+    eikonal_bytes = std::max(
+        eikonal_bytes,
+        eikonal_bytes + for_cables -
+            (members.size() > static_cast<std::size_t>(batch) ? 0 : Eikonal::bytes(room, scene.precision)));
   module("eikonal", eikonal || triggers,
          eikonal || triggers ? plan.activation_reason
                              : method_name(plan.activation) + ": " + plan.activation_reason,
-         eikonal ? EikonalActivation::bytes(room, scene.precision)
-                 : ReactionEikonal::bytes(scene, batch, room) + for_cables);
+         eikonal_bytes);
   module("templates", eikonal && scene.ecg,
          !eikonal     ? "the time loop has the potential"
          : !scene.ecg ? "no ECG is asked for"

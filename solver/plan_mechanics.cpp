@@ -95,7 +95,7 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
                                                            : on_cpu;
   if (!members.empty())
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
-  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device);
+  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device) + 4 * Device::least_bytes;
   for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
                            "recorder", "activation times", "mechanics"})
     plan.modules.push_back({name, false, "there is no tissue", 0});
@@ -223,10 +223,11 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     if (coupled && scene.stretch_activated)
       together = (TensionDrive::wanted(scene) ? together + "; " : std::string()) +
                  "electrophysiology.stretch_activated: stretch acts on the cells every 1 ms";
-    module(
-        "electromechanics", coupled, together,
-        static_cast<std::size_t>(batch) * Electromechanics::bytes(scene, static_cast<std::size_t>(mesh.cells),
-                                                                  plan.segments * Tissue::lanes));
+    const std::size_t for_coupling =
+        Electromechanics::bytes(scene, static_cast<std::size_t>(mesh.cells), plan.segments * Tissue::lanes);
+    module("electromechanics", coupled, together,
+           // In the place of what building the tissue has given back.
+           static_cast<std::size_t>(batch) * (for_coupling - std::min(for_coupling, solid.scratch_bytes())));
   } else {
     module("mechanics", false, "no pressure-volume output is asked for", 0);
   }
