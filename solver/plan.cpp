@@ -340,7 +340,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const bool heterogeneous = !scene.heterogeneity.parameters.empty();
   const bool labels = scene.geometry == GeometryKind::labels;
   const std::size_t real = real_bytes(scene.precision);
-  constexpr std::size_t small_buffers = 8;  // of all modules, that are less than the least
+  constexpr std::size_t small_buffers = 24;  // of all modules, that are less than the least
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, room, scene.precision) +
                                small_buffers * Device::least_bytes +
                                base.values.size() * static_cast<std::size_t>(batch) * real;

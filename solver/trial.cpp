@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "solver/circulation.hpp"
@@ -37,14 +38,26 @@ class Trying {
     if (Heartbeat::wanted(scene)) heartbeat_.emplace(launcher_, scene, plan);
   }
 
-  Trial run(std::span<const Member> first, std::span<const Member> second) {
-    const double cold_s = batch(first, 0);
-    const double compiled_s = batch(second, most_s_);
-    trial_.first_batch_s = std::max(0.0, cold_s - compiled_s);
-    trial_.seconds_per_member =
-        (trial_.setup_s + trial_.steps * trial_.step_s) / static_cast<double>(second.size());
-    trial_.footprint = device_.footprint();
-    return trial_;
+  /// batch_of: members of batch number k. The first compiles; of those behind it the median counts, of as
+  /// many as most_s has room for.
+  Trial run(const std::function<std::vector<Member>(std::size_t)>& batch_of) {
+    constexpr std::size_t most_batches = 5;
+    const double cold_s = batch(batch_of(0), 0);
+    const auto start = Clock::now();
+    std::vector<Trial> trials;
+    do {
+      const std::vector<Member> members = batch_of(trials.size() + 1);
+      const double compiled_s = batch(members, most_s_);
+      trial_.first_batch_s = std::max(0.0, cold_s - compiled_s);
+      trial_.seconds_per_member =
+          (trial_.setup_s + trial_.steps * trial_.step_s) / static_cast<double>(members.size());
+      trials.push_back(trial_);
+    } while (trials.size() < most_batches && seconds_since(start) < most_s_);
+    std::sort(trials.begin(), trials.end(),
+              [](const Trial& a, const Trial& b) { return a.seconds_per_member < b.seconds_per_member; });
+    Trial result = trials[trials.size() / 2];
+    result.footprint = device_.footprint();
+    return result;
   }
 
  private:
@@ -235,14 +248,13 @@ Trial try_out(Device& device, const Scene& scene, const Plan& plan, std::span<co
   Member base{0, scene.parameters.values()};
   scene.parameters.resolve(base.values);
   const auto batch = static_cast<std::size_t>(plan.members_per_device);
-  std::vector<Member> first(members.begin(),
-                            members.begin() + static_cast<std::ptrdiff_t>(std::min(batch, members.size())));
-  if (first.empty()) first.push_back(base);
-  std::vector<Member> second = first;
-  if (members.size() > batch)
-    for (std::size_t m = 0; m < batch; ++m) second[m] = members[batch + m % (members.size() - batch)];
   device.restart_footprint();
-  return Trying(device, scene, plan, most_s).run(first, second);
+  return Trying(device, scene, plan, most_s).run([&](std::size_t k) {
+    std::vector<Member> result;
+    for (std::size_t m = 0; m < std::clamp<std::size_t>(members.size(), 1, batch); ++m)
+      result.push_back(members.empty() ? base : members[(k * batch + m) % members.size()]);
+    return result;
+  });
 }
 
 }  // namespace cohort

@@ -19,7 +19,7 @@ Trial trial_of(const std::string& file, const std::vector<std::string>& override
   return try_out(device(), campaign.scene, plan, {}, 0.2);
 }
 
-const std::vector<std::string> coarse_beat = {"grid.dx_mm=6", "torso.dx_mm=20",
+const std::vector<std::string> coarse_beat = {"grid.dx_mm=6", "mechanics.dx_mm=8",
                                               "outputs={pv: {rate_hz: 1000}}"};
 
 TEST(Plan, ListsWhatRuns) {
