@@ -1,9 +1,11 @@
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "ensemble/choose_device.hpp"
 #include "ensemble/commands.hpp"
@@ -74,19 +76,9 @@ std::string kernel_line(const Trial& trial) {
   return text;
 }
 
-std::string size_table(const Plan& plan, const Trial& trial, const Campaign& campaign,
-                       const DeviceInfo& device) {
+// What the first steps told.
+void add_trial(TextTable& sizes, const Plan& plan, const Trial& trial, const Campaign& campaign) {
   const Scene& scene = campaign.scene;
-  const ParameterTable& table = scene.parameters;
-  const auto setting = [&](const char* path) { return table[table.index(path)].value; };
-  TextTable sizes({Align::left, Align::left});
-  sizes.add({"device",
-             fmt::format("{} ({}), {}", device.name, device.unique_id, human_bytes(device.memory_bytes))});
-  if (plan.tissue_cells > 0) {
-    sizes.add({"grid", fmt::format("{} x {} x {} cells of {} mm", plan.cells[0], plan.cells[1], plan.cells[2],
-                                   setting("grid.dx_mm"))});
-    sizes.add({"tissue", fmt::format("{} cells in {} segments", plan.tissue_cells, plan.segments)});
-  }
   if (trial.steps > 0) {
     const std::string dt = plan.dt_ms > 0 ? fmt::format(" of {:.4g} ms{}", plan.dt_ms,
                                                         scene.mechanics ? " at rest and less later" : "")
@@ -105,8 +97,6 @@ std::string size_table(const Plan& plan, const Trial& trial, const Campaign& cam
                                           trial.beats, most_beats(scene),
                                           human_seconds(trial.steps * trial.step_s / trial.beats /
                                                         plan.members_per_device))});
-  sizes.add({"memory", fmt::format("{} for {} member{} at a time", human_bytes(plan.bytes),
-                                   plan.members_per_device, plan.members_per_device == 1 ? "" : "s")});
   sizes.add({"largest buffers", largest_buffers(trial)});
   sizes.add({"kernels", kernel_line(trial)});
   sizes.add({"one member", fmt::format("{}, of which set-up {}", human_seconds(trial.seconds_per_member),
@@ -117,6 +107,25 @@ std::string size_table(const Plan& plan, const Trial& trial, const Campaign& cam
              fmt::format("{} member{}, {} on this device", campaign.members, campaign.members == 1 ? "" : "s",
                          human_seconds(trial.seconds_per_member * static_cast<double>(campaign.members) +
                                        trial.first_batch_s))});
+}
+
+// trial: null where there was none.
+std::string size_table(const Plan& plan, const Trial* tried, const Campaign& campaign,
+                       const DeviceInfo& device) {
+  const ParameterTable& table = campaign.scene.parameters;
+  const auto setting = [&](const char* path) { return table[table.index(path)].value; };
+  TextTable sizes({Align::left, Align::left});
+  sizes.add({"device",
+             fmt::format("{} ({}), {}", device.name, device.unique_id, human_bytes(device.memory_bytes))});
+  if (plan.tissue_cells > 0) {
+    sizes.add({"grid", fmt::format("{} x {} x {} cells of {} mm", plan.cells[0], plan.cells[1], plan.cells[2],
+                                   setting("grid.dx_mm"))});
+    sizes.add({"tissue", fmt::format("{} cells in {} segments", plan.tissue_cells, plan.segments)});
+  }
+  if (plan.dt_ms > 0 && !tried) sizes.add({"time", fmt::format("steps of {:.4g} ms", plan.dt_ms)});
+  sizes.add({"memory", fmt::format("{} for {} member{} at a time", human_bytes(plan.bytes),
+                                   plan.members_per_device, plan.members_per_device == 1 ? "" : "s")});
+  if (tried) add_trial(sizes, plan, *tried, campaign);
   sizes.add({"sampled", fmt::format("{} of {} parameters", sample(campaign).paths.size(), table.size())});
   return sizes.text();
 }
@@ -129,12 +138,20 @@ ExitCode command_plan(const CampaignOptions& options) {
   Device device(choose_device(options.device, {}));
   Plan plan;
   Trial trial;
+  bool tried = false;
   told_in_place(campaign, [&] {
     const std::vector<Member> all = members(campaign);
     plan = plan_campaign(device, campaign, all);
-    trial = try_out(device, campaign.scene, plan, all);
+    if (options.quick) return;
+    try {
+      trial = try_out(device, campaign.scene, plan, all);
+      tried = true;
+    } catch (const std::runtime_error& error) {
+      spdlog::warn("the first steps could not be run: {}", error.what());
+    }
   });
-  fmt::print("{}\n{}\n", module_table(plan, trial), size_table(plan, trial, campaign, device.info()));
+  fmt::print("{}\n{}\n", module_table(plan, trial),
+             size_table(plan, tried ? &trial : nullptr, campaign, device.info()));
   for (const std::string& line : conduction_lines(plan)) fmt::print("{}\n", line);
   return ExitCode::done;
 }

@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
 # What `cohort plan` says of scenes beside what `cohort run` then takes: seconds of a member behind the first batch, with the beats that members
 # had where these are not known before, and bytes at the peak. Prints a table: scene, predicted s, measured s, ratio, stated MB, taken MB, ratio.
-# usage: jobs/plan_against_run.sh [build folder, build unless given] [cpu|gpu: sizes of the scenes, cpu unless given] [further options of both commands]
+# Plan and run in turn; of the rounds the least counts, as another program's load only adds. SCENES="slab speed" takes these alone.
+# usage: jobs/plan_against_run.sh [build folder, build unless given] [cpu|gpu: sizes of the scenes, cpu unless given] [rounds, 1 unless given]
+#        [further options of both commands]
 set -euo pipefail
 cd "$(dirname "$0")/.."
-build=${1:-build} size=${2:-cpu}
-shift $(($# < 2 ? $# : 2))
-"${PYTHON:-/usr/bin/python3}" - "$build/cohort" "$size" "$@" << 'PYTHON'
+build=${1:-build} size=${2:-cpu} rounds=${3:-1}
+shift $(($# < 3 ? $# : 3))
+"${PYTHON:-/usr/bin/python3}" - "$build/cohort" "$size" "$rounds" "$@" << 'PYTHON'
+import os
 import re
 import subprocess
 import sys
@@ -15,7 +18,8 @@ import tempfile
 import h5py
 import numpy
 
-cohort, size, *options = sys.argv[1:]
+cohort, size, rounds, *options = sys.argv[1:]
+chosen = os.environ.get("SCENES", "").split()
 many = {"cpu": 3, "gpu": 128}[size]
 fine = size == "gpu"
 one_beat = ["time.beats.at_most=1"]
@@ -56,8 +60,7 @@ def said(scene, settings):
     return seconds(member), seconds(setup), seconds(beat.group(1)) if beat else None, megabytes(field["memory"])
 
 
-def taken(scene, settings, folder):
-    store = f"{folder}/{scene}.h5"
+def taken(scene, settings, store):
     command = [cohort, "run", f"configs/{scene}.yaml", "--store", store, *options, *settings]
     run = subprocess.run(command, capture_output=True, text=True)
     peak = next(line for line in run.stdout.splitlines() if line.endswith("of device memory at the peak"))
@@ -75,11 +78,16 @@ print("| scene | predicted s | measured s | ratio | beats | stated MB | taken MB
 print("|---|---|---|---|---|---|---|---|")
 with tempfile.TemporaryDirectory() as folder:
     for scene, settings in SCENES:
+        if chosen and scene not in chosen:
+            continue
         settings = [word for setting in settings for word in ("--set", setting)]
-        member, setup, beat, stated = said(scene, settings)
-        measured, beats, peak = taken(scene, settings, folder)
-        if beat is not None:
-            member = setup + beats * beat
+        predictions, measurements = [], []
+        for turn in range(int(rounds)):
+            member, setup, beat, stated = said(scene, settings)
+            measured, beats, peak = taken(scene, settings, f"{folder}/{scene}{turn}.h5")
+            predictions.append(member if beat is None else setup + beats * beat)
+            measurements.append(measured)
+        member, measured = min(predictions), min(measurements)
         print(f"| {scene} | {member:.3g} | {measured:.3g} | {member / measured:.2f} | {'' if beats is None else f'{beats:.3g}'} | "
               f"{stated:.4g} | {peak:.4g} | {peak / stated:.3f} |", flush=True)
 PYTHON
