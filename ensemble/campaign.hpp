@@ -32,6 +32,20 @@ inline constexpr std::int64_t most_members = 10'000'000;
 
 enum class Method { sobol, latin_hypercube, grid, monte_carlo, csv };
 
+/// The largest error that a feature may have: in `unit`, which is the feature's where it is empty, or "%".
+struct AccuracyWish {
+  std::string feature;
+  double error;
+  std::string unit;
+};
+
+/// `accuracy:` of a campaign file (accuracy.hpp).
+struct Accuracy {
+  std::vector<AccuracyWish> wishes;
+  std::string measurements;  ///< file; empty: of those that are built in
+  std::string where;         ///< place in the campaign file
+};
+
 /// A campaign file, read and checked.
 struct Campaign {
   Scene scene;
@@ -47,6 +61,8 @@ struct Campaign {
   int members_per_device = 0;  ///< 0: chosen by size
   double memory_limit_GB = 0;  ///< 0: what the device has
   std::string store;           ///< path of the HDF5 file
+  Accuracy accuracy;                        ///< what was asked for; it is met already
+  std::vector<std::string> accuracy_lines;  ///< what was chosen for it, and why
   Places places;               ///< where what it holds stands in the file
   std::string text;            ///< the file, verbatim, with --set applied as trailing comment lines
   std::string sha256;          ///< of what determines the results (canonical_text), not of `text`
