@@ -253,7 +253,9 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
     return fail(Outcome::timeout, status.beats * beat_ms(scene_),
                 "not finished in the time that a member has");
   }
-  if (scene_.circulation && recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
+  if (scene_.circulation && recording.dt_ms == 0)
+    recording.dt_ms = circulation_->dt_ms() *
+                      member.values[static_cast<std::size_t>(scene_.parameters.index("time.step_factor"))];
   if (status.ended == HeartEnd::unstable)
     return fail(Outcome::unstable, static_cast<double>(status.ended_ms),
                 fmt::format("{}, at {:.1f} ms", instability(scene_, status), status.ended_ms));
