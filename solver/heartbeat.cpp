@@ -246,7 +246,8 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
       end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
       return fail(Outcome::unstable, tissue[Solid::time],
-                  fmt::format("{}, at {:.1f} ms", solid_->failure(k, end), tissue[Solid::time]));
+                  fmt::format("{}, at {:.1f} ms", solid_->failure(k, end, tissue), tissue[Solid::time]));
+    spdlog::debug("DEBUGSHARE member {}: share {:.4f}", member.id, tissue[Solid::step_share]);
     if (end == SolidEnd::moves && late)
       return fail(Outcome::timeout, tissue[Solid::time], "not finished in the time that a member has");
   } else if (status.ended == HeartEnd::running) {
