@@ -249,7 +249,8 @@ void Heartbeat::store(const Member& member, std::size_t k, double timeout_s, con
       end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
       return unstable(tissue[Solid::time], solid_->failure(k, end));
-    spdlog::debug("DEBUGSHARE member {}: share {:.4f}", member.id, tissue[Solid::step_share]);
+    spdlog::debug("member {}: its steps took up to {:.3f} of their bound", member.id,
+                  tissue[Solid::step_share]);
     if (end == SolidEnd::moves && timeout_s > 0) return timeout(tissue[Solid::time]);
   } else if (status.ended == HeartEnd::running) {
     return timeout(status.beats * beat_ms(scene_));

@@ -89,7 +89,13 @@ std::string Solid::overstepped(std::size_t k) {
   text.precision(3);
   text << "the tissue's step of " << S[step_share] * bound << " ms is beyond the limit of " << bound
        << " ms, by waves at (" << mesh_.position[node] << ", " << mesh_.position[node + nodes] << ", "
-       << mesh_.position[node + 2 * nodes] << ") mm";
+       << mesh_.position[node + 2 * nodes] << ") mm, region ";
+  for (std::size_t c = 0; c < 8; ++c)
+    if (const auto cell = static_cast<std::size_t>(mesh_.corners[node + c * nodes]);
+        mesh_.grid_cell[cell] >= 0) {
+      text << scene_.regions[mesh_.region[cell]].name;
+      break;
+    }
   return text.str();
 }
 
