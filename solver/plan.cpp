@@ -408,7 +408,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     module("torso", false, "no ECG is asked for", {}, 0);
   }
   module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
-         {"record_blocks", "record_totals"},
+         {"record_blocks", "record_totals", "check_cells", "check_members", "check_weights"},
          Recorder::bytes(scene, batch, Recorder::samples_per_fetch, room));
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},
