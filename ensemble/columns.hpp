@@ -27,6 +27,7 @@ enum class Column {
   finished_unix_s,
   dt_ms,
   dx_mm,
+  step_factor,
   error_estimate,
   crc32,
   ecg,
@@ -50,7 +51,7 @@ enum class Column {
   cell_updates,
   slot_wall_s
 };
-inline constexpr std::size_t column_count = 39;
+inline constexpr std::size_t column_count = static_cast<std::size_t>(Column::slot_wall_s) + 1;
 
 enum class ElementType { f8, f4, i8, i4, u8, u4, u1, text };
 
@@ -83,6 +84,7 @@ inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/members/finished_unix_s", ElementType::f8, 0, true, "s"},
     {"/members/dt_ms", ElementType::f8, 0, false, "ms"},
     {"/members/dx_mm", ElementType::f8, 0, false, "mm"},
+    {"/members/step_factor", ElementType::f8, 0, false, nullptr},
     {"/members/error_estimate", ElementType::f8, 0, false, nullptr},
     {"/members/crc32", ElementType::u4, 0, false, nullptr},
     {"/ecg", ElementType::f4, 0, false, "mV"},

@@ -197,6 +197,9 @@ ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::s
   WorkerOptions worker;
   worker.members_per_device = plan.members_per_device;
   worker.retries = campaign.retries;
+  for (const char* path : {"time.step_factor", "mechanics.step_factor"})
+    if (const int place = campaign.scene.parameters.find(path); place >= 0)
+      worker.step_factors.push_back(static_cast<std::size_t>(place));
   worker.timeout_s = campaign.timeout_s;
   worker.rank = ranks.rank();
   worker.ranks = ranks.size();

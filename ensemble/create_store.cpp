@@ -144,6 +144,9 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
     for (std::int64_t i = 0; i < schema.members; ++i)
       seeds.push_back(random_bits(schema.seed, Stream::member, 0, static_cast<std::uint64_t>(i)));
     write_dataset(dataset, H5T_NATIVE_UINT64, seeds);
+  } else if (column == Column::step_factor) {
+    write_dataset(dataset, H5T_NATIVE_DOUBLE,
+                  std::vector<double>(static_cast<std::size_t>(schema.members), 1));
   } else if (column == Column::rank) {
     write_dataset(dataset, H5T_NATIVE_INT32,
                   std::vector<std::int32_t>(static_cast<std::size_t>(schema.members), -1));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -40,10 +41,16 @@ int write_rows(int file, std::span<const RowImage> rows);
 /// Who ran a member, and how often it has been tried.
 struct Account {
   int attempts = 0;
-  int crashes = 0;  ///< times that a process crashed or hung with this member among others in its batch
+  int halvings = 0;  ///< how often its steps have been halved: once for each attempt that ended unstable
+  int crashes = 0;   ///< times that a process crashed or hung with this member among others in its batch
   int rank = 0;
   std::string device;
 };
+
+/// What the steps of a member are multiplied by that has ended unstable so often.
+inline double step_factor(int halvings) {
+  return std::ldexp(1.0, -halvings);
+}
 
 /// Times of the kernels of one process, as the report and the file show them.
 struct ProcessPerformance {
@@ -102,7 +109,7 @@ class Store {
   /// not fit the layout.
   RowImage prepare(std::int64_t member, const Samples& samples, const Recording& recording,
                    const Account& account) const;
-  /// The bytes that put a member back to the queue, with its attempts so far.
+  /// The bytes that put a member back to the queue, with its attempts so far and the step factor of the next.
   RowImage prepare_requeue(std::int64_t member, const Account& account) const;
   /// Writes rows in the order of write_rows. Throws std::runtime_error naming the file and the error of the
   /// system.

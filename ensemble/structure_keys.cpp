@@ -148,7 +148,9 @@ const std::vector<StructureKey>& structure_keys() {
       {"campaign.seed", "whole number", "0", "of the random numbers"},
       {"campaign.points", "text", "required with `csv`", "CSV of the members, relative to the campaign file"},
       {"campaign.timeout_s", "number, s", "3600", "of one member"},
-      {"campaign.retries", "whole number", "0", "further attempts of a member that failed"},
+      {"campaign.retries", "whole number", "0",
+       "further attempts of a member that failed or ran out of time, and as many with half the steps each of "
+       "one that ended unstable"},
       {"campaign.members_per_device", "whole number, at least 1", "by size", "members in one launch"},
       {"campaign.memory_limit_GB", "number, GB", "what the device has", "memory of the device to use"},
   };

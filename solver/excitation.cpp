@@ -121,12 +121,14 @@ void Excitation::run(std::span<const Member> members, std::span<Recording> recor
     std::vector<Recording*> recordings;
   };
   std::vector<Group> groups;
+  const auto factor = static_cast<std::size_t>(scene.parameters.index("time.step_factor"));
   for (size_t m = 0; m < members.size(); ++m) {
     std::string reason = defect(m, members[m]);
     TimeSteps steps{};
     if (reason.empty() && !eikonal) {
       try {
-        steps = choose_steps(scene, monodomain.fastest_rate()[m], monodomain.diffusion_limit_ms()[m]);
+        steps = choose_steps(scene, monodomain.fastest_rate()[m], monodomain.diffusion_limit_ms()[m],
+                             members[m].values[factor]);
       } catch (const std::runtime_error& error) {
         reason = error.what();
       }

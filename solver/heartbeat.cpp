@@ -246,14 +246,17 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
       end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
       return fail(Outcome::unstable, tissue[Solid::time],
-                  fmt::format("{}, at {:.1f} ms", solid_->failure(k, end), tissue[Solid::time]));
+                  fmt::format("{}, at {:.1f} ms", solid_->failure(k, end, tissue), tissue[Solid::time]));
+    spdlog::debug("DEBUGSHARE member {}: share {:.4f}", member.id, tissue[Solid::step_share]);
     if (end == SolidEnd::moves && late)
       return fail(Outcome::timeout, tissue[Solid::time], "not finished in the time that a member has");
   } else if (status.ended == HeartEnd::running) {
     return fail(Outcome::timeout, status.beats * beat_ms(scene_),
                 "not finished in the time that a member has");
   }
-  if (scene_.circulation && recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
+  if (scene_.circulation && recording.dt_ms == 0)
+    recording.dt_ms = circulation_->dt_ms() *
+                      member.values[static_cast<std::size_t>(scene_.parameters.index("time.step_factor"))];
   if (status.ended == HeartEnd::unstable)
     return fail(Outcome::unstable, static_cast<double>(status.ended_ms),
                 fmt::format("{}, at {:.1f} ms", instability(scene_, status), status.ended_ms));

@@ -439,7 +439,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
   warn_of_stimuli(scene, monodomain);
   const TimeSteps steps =
-      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
+      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0],
+                   scene.parameters.value("time.step_factor"));
   const double bound = 2 / monodomain.fastest_rate()[0];
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
