@@ -21,7 +21,7 @@ from analysis.store import Store
 
 RIGHT, WRONG = "#4d9221", "#000000"
 OTHERS = ["#b2182b", "#e08214", "#762a83", "#2166ac", "#35978f", "#c51b7d", "#8c510a", "#737373"]
-LONGEST = 62
+LONGEST = 90
 
 
 def causes(outcomes):
@@ -88,8 +88,8 @@ def draw_map(axes, store, outcomes, inside, tint):
             members = (outcomes == name) & where
             axes.scatter(x[members], y[members], s=22, marker=marker, linewidths=1, edgecolors=tint[name],
                          facecolors=tint[name] if fill else "none", alpha=0.75)
-    axes.set_xlabel(label(names, units, shown, 0))
-    axes.set_ylabel(label(names, units, shown, 1))
+    axes.set_xlabel(label(names, units, shown, 0), fontsize=9)
+    axes.set_ylabel(label(names, units, shown, 1), fontsize=9)
     axes.grid(color="#e8e8e8", linewidth=0.6, zorder=0)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -99,8 +99,8 @@ def draw_map(axes, store, outcomes, inside, tint):
 def label(names, units, shown, axis):
     if axis >= len(shown):
         return "member"
-    unit = units[shown[axis]]
-    return names[shown[axis]] + ("" if unit == "1" else f", {unit}")
+    name, unit = ".".join(names[shown[axis]].split(".")[-2:]), units[shown[axis]]
+    return name + ("" if unit == "1" else f", {unit}")
 
 
 def draw(stores):
@@ -114,8 +114,9 @@ def draw(stores):
     names = causes(numpy.concatenate([row[2] for row in rows]))
     tint = colours(names)
     heights = [max(3.0, 1.2 + 0.22 * len(set(row[1]))) for row in rows]
-    figure = plt.figure(figsize=(13, sum(heights) + 0.22 * len(names) + 0.6), layout="constrained")
-    grid = figure.add_gridspec(len(rows), 2, height_ratios=heights)
+    legend = 0.2 * -(-len(names) // 2) + 0.3
+    figure = plt.figure(figsize=(13, sum(heights) + legend), layout="constrained")
+    grid = figure.add_gridspec(len(rows) + 1, 2, height_ratios=[*heights, legend])
     for i, (store, groups, outcomes, inside) in enumerate(rows):
         bars = figure.add_subplot(grid[i, 0])
         own = {name: tint[name] for name in names if (outcomes == name).any()}
@@ -124,7 +125,9 @@ def draw(stores):
                        f"{int((outcomes[inside] == 'done').sum())} of {int(inside.sum())}", fontsize=10, loc="left")
         draw_map(figure.add_subplot(grid[i, 1]), store, outcomes, inside, own)
     handles = [plt.Line2D([], [], marker="s", linestyle="", color=tint[name], label=short(name)) for name in names]
-    figure.legend(handles=handles, loc="outside lower left", fontsize=8, ncols=2, frameon=False)
+    below = figure.add_subplot(grid[-1, :])
+    below.axis("off")
+    below.legend(handles=handles, loc="upper left", fontsize=8, ncols=2, frameon=False)
     return figure
 
 
