@@ -138,8 +138,9 @@ void read_design(Node& map, const StabilityCase* above, StabilityCase& one, Mist
                                         map.name));
 }
 
+/// `others`: gets the mistakes of the case's campaign, which stand in other files.
 std::optional<StabilityCase> read_case(Node::Entry& entry, const Study& study, const StabilityCase& above,
-                                       Mistakes& mistakes) {
+                                       std::vector<std::string>& others, Mistakes& mistakes) {
   Node& map = entry.value;
   map.read = true;
   if (!check_name(entry, "a case", mistakes) || !expect_map(map, entry.key, mistakes)) return std::nullopt;
@@ -149,7 +150,12 @@ std::optional<StabilityCase> read_case(Node::Entry& entry, const Study& study, c
   if (mistakes.size() > before) return std::nullopt;
   StabilityCase one;
   one.name = entry.key;
-  one.campaign = campaign_of(base, {}, "case " + entry.key);
+  try {
+    one.campaign = campaign_of(base, {}, "case " + entry.key);
+  } catch (const ConfigError& error) {
+    others.insert(others.end(), error.mistakes().begin(), error.mistakes().end());
+    return std::nullopt;
+  }
   read_design(map, own ? nullptr : &above, one, mistakes);
   check_keys(map, {}, mistakes);
   return one;
@@ -174,14 +180,19 @@ StabilityStudy read_stability(Study& study) {
   StabilityCase main;
   main.campaign = campaign_of(study, {}, study.file);
   read_design(*section, nullptr, main, mistakes);
-  std::vector<StabilityCase> others;
-  if (Node* cases = take_map(*section, "cases", mistakes))
-    for (Node::Entry& entry : cases->entries)
-      if (auto one = read_case(entry, study, main, mistakes)) others.push_back(std::move(*one));
+  std::vector<StabilityCase> cases;
+  std::vector<std::string> elsewhere;
+  if (Node* map = take_map(*section, "cases", mistakes))
+    for (Node::Entry& entry : map->entries)
+      if (auto one = read_case(entry, study, main, elsewhere, mistakes)) cases.push_back(std::move(*one));
   check_keys(*section, {}, mistakes);
-  if (!mistakes.empty()) throw ConfigError(mistakes.lines());
+  if (!mistakes.empty() || !elsewhere.empty()) {
+    std::vector<std::string> lines = mistakes.lines();
+    lines.insert(lines.end(), elsewhere.begin(), elsewhere.end());
+    throw ConfigError(std::move(lines));
+  }
   result.cases.push_back(std::move(main));
-  std::move(others.begin(), others.end(), std::back_inserter(result.cases));
+  std::move(cases.begin(), cases.end(), std::back_inserter(result.cases));
   return result;
 }
 
