@@ -1,47 +1,41 @@
 #include "ensemble/draw.hpp"
 
-#include <spawn.h>
-#include <spdlog/fmt/fmt.h>
-#include <spdlog/fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <string_view>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
 
 namespace cohort {
 
-namespace {
-
-/// The environment with the source tree as the place of Python's modules.
-std::vector<std::string> environment() {
-  std::vector<std::string> variables = {"PYTHONPATH=" COHORT_SOURCE_DIR};
-  for (char** entry = environ; entry && *entry; ++entry)
-    if (!std::string_view(*entry).starts_with("PYTHONPATH=")) variables.emplace_back(*entry);
-  return variables;
-}
-
-std::vector<char*> pointers(std::vector<std::string>& texts) {
-  std::vector<char*> result;
-  for (std::string& text : texts) result.push_back(text.data());
-  result.push_back(nullptr);
-  return result;
-}
-
-}  // namespace
-
-void draw(const std::string& script, const std::vector<std::string>& arguments) {
-  std::vector<std::string> command = {"/usr/bin/python3", "-m", "analysis." + script},
-                           variables = environment();
+bool draw(const std::string& module, const std::vector<std::string>& arguments) {
+  // Debian's interpreter has Debian's h5py and matplotlib; another one on the path may not.
+  const char* debian = "/usr/bin/python3";
+  const std::string python = std::filesystem::exists(debian) ? debian : "python3";
+  std::vector<std::string> command = {python, "-m", "analysis." + module};
   command.insert(command.end(), arguments.begin(), arguments.end());
-  pid_t child = -1;
-  int status = posix_spawn(&child, command[0].c_str(), nullptr, nullptr, pointers(command).data(),
-                           pointers(variables).data());
-  if (status == 0)
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-  if (status != 0) spdlog::warn("the picture was not drawn; in the source tree: {}", fmt::join(command, " "));
+  std::vector<char*> raw;
+  std::string text;
+  for (std::string& word : command) {
+    raw.push_back(word.data());
+    text += (text.empty() ? "" : " ") + word;
+  }
+  raw.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    const char* before = std::getenv("PYTHONPATH");
+    const std::string path = std::string(COHORT_SOURCE_DIR) + (before ? std::string(":") + before : "");
+    setenv("PYTHONPATH", path.c_str(), 1);
+    execvp(raw.front(), raw.data());
+    _exit(127);
+  }
+  int status = 0;
+  if (child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0)
+    return true;
+  spdlog::warn("no picture was drawn; in the source tree try: {}", text);
+  return false;
 }
 
 }  // namespace cohort

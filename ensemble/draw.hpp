@@ -5,8 +5,8 @@
 
 namespace cohort {
 
-/// Draws a picture: runs `/usr/bin/python3 -m analysis.<script> arguments...` on this program's source tree.
-/// Where that fails, warns with the command that would draw it.
-void draw(const std::string& script, const std::vector<std::string>& arguments);
+/// Runs `python3 -m analysis.MODULE ARGUMENTS` of this program's source tree, with matplotlib. Where that
+/// fails it warns, with the command to be tried, and returns false: a picture is no reason to lose results.
+bool draw(const std::string& module, const std::vector<std::string>& arguments);
 
 }  // namespace cohort

@@ -1,11 +1,60 @@
 #include "ensemble/work_precision.hpp"
 
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
+
+#include "ensemble/choose_device.hpp"
+#include "ensemble/draw.hpp"
+#include "ensemble/guarded.hpp"
+#include "ensemble/interrupt.hpp"
+#include "ensemble/work_precision_store.hpp"
 
 namespace cohort {
 
-ExitCode run_work_precision(Study&, const CampaignOptions&) {
-  throw std::runtime_error("this kind of study is not built yet");
+namespace {
+
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream stream(path);
+  stream << text;
+  stream.close();
+  if (!stream) throw std::runtime_error(path + ": cannot be written");
+}
+
+}  // namespace
+
+ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
+  WorkPrecision result;
+  result.design = read_work_precision(study);
+  const std::filesystem::path store = study.store;
+  if (!store.parent_path().empty() && !std::filesystem::exists(store.parent_path()))
+    throw std::runtime_error(
+        fmt::format("{}: folder {} does not exist", study.store, store.parent_path().string()));
+  share_cores({});
+  Device device(choose_device(options.device, {}));
+  result.device = device.info().name;
+  result.triad_GB_per_s = device.triad_GB_per_s();
+  catch_interrupts();
+  return guarded(ExitCode::interrupted, [&] {
+    run_settings(device, study, result.design, result.reference, result.runs);
+    result.errors =
+        measure_errors(result.design.measures, result.runs,
+                       result.design.reference ? &result.reference : nullptr, result.design.known);
+    result.orders = observed_orders(result.design, result.errors);
+    result.rounding = rounding_shares(result.design, result.runs, result.errors);
+    write_study(study.store, study, result);
+    const std::string csv = std::filesystem::path(store).replace_extension(".csv").string();
+    write_text(csv, study_csv(result));
+    fmt::print("{}", study_report(result));
+    std::fflush(stdout);
+    const std::string picture = std::filesystem::path(store).replace_extension(".png").string();
+    const bool drawn = draw("study", {study.store, "-o", picture});
+    spdlog::info("{}, {}{}", study.store, csv, drawn ? ", " + picture : "");
+    return ExitCode::done;
+  });
 }
 
 }  // namespace cohort
