@@ -12,8 +12,7 @@ namespace cohort {
 
 namespace {
 
-constexpr std::array sections = {"scene", "outputs",   "parameters",    "campaign",
-                                 "store", "stability", "work_precision"};
+constexpr std::array sections = {"scene", "outputs", "parameters", "campaign", "store", "stability"};
 
 /// Keys from the root of the file down to what `path` names.
 std::vector<std::string> keys_of(const std::string& path) {

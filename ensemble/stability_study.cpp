@@ -49,10 +49,10 @@ StabilityVerdict conclude(const StabilityStudy& study, const std::string& store)
   const auto stem = std::filesystem::path(store).replace_extension();
   fmt::print("\n{}\n{}\n", stability_report(results), total.text(study.inside_done));
   write_text(stem.string() + ".csv", stability_csv(results));
-  fmt::print("{0}.csv, {0}.png\n", stem.string());
   std::fflush(stdout);
   stores.insert(stores.end(), {"-o", stem.string() + ".png"});
-  draw("stability", stores);
+  const bool drawn = draw("stability", stores);
+  spdlog::info("{0}.csv{1}", stem.string(), drawn ? fmt::format(", {}.png", stem.string()) : "");
   return total;
 }
 

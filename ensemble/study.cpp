@@ -47,8 +47,7 @@ Study read_study(const std::string& file, const std::vector<std::string>& overri
   }
   std::vector<std::string> of_base;
   for (std::size_t i = 0; i < overrides.size(); ++i) {
-    const bool own = overrides[i].starts_with("stability.") || overrides[i].starts_with("work_precision.");
-    if (own)
+    if (overrides[i].starts_with("stability."))
       apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
     else
       of_base.push_back(overrides[i]);
