@@ -9,7 +9,7 @@
 namespace cohort {
 
 enum class HeartEnd : cl_int { running, done, unstable };
-enum class HeartDefect : cl_int { none, no_number, empty, switching, ringing, steep, apart };
+enum class HeartDefect : cl_int { none, no_number, empty, switching, ringing, steep, apart, leaking };
 
 /// How far a member is, as kernels/beats.clh writes it.
 struct HeartStatus {

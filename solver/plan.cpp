@@ -441,7 +441,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const TimeSteps steps =
       choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0],
                    scene.parameters.value("time.step_factor"));
-  const double bound = 2 / monodomain.fastest_rate()[0];
+  const double bound = reaction_limit_ms(monodomain.fastest_rate()[0]);
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);

@@ -56,8 +56,8 @@ class Solid {
   /// The cell of member k with the smallest ratio of volume now to that at rest, and the ratio; NaN if any
   /// is.
   std::pair<std::size_t, double> worst_cell(std::size_t k);
-  /// What went wrong with member k, whose state() this is, and where.
-  std::string failure(std::size_t k, SolidEnd end, std::span<const double> state);
+  /// What went wrong with member k, and where.
+  std::string failure(std::size_t k, SolidEnd end);
   /// Centre of a cell at rest, mm.
   std::array<double, 3> centre(std::size_t cell) const;
 
@@ -167,7 +167,7 @@ class Solid {
   std::size_t bytes_of_tile() const;
   /// The node of member k whose waves bounded the step when they were last measured.
   std::size_t fastest_node(std::size_t k);
-  std::string overstepped(std::size_t k, std::span<const double> state);
+  std::string overstepped(std::size_t k);
   /// `count` numbers of a field from `first` on.
   std::vector<double> read(const cl::Buffer& field, std::size_t count, std::size_t first = 0);
   /// Of a field by tiles: (count, cells).

@@ -80,19 +80,27 @@ std::size_t Solid::fastest_node(std::size_t k) {
   return where;
 }
 
-std::string Solid::overstepped(std::size_t k, std::span<const double> state) {
-  const double bound = grid_.dx_mm / std::sqrt(state[largest_speed2]);
+std::string Solid::overstepped(std::size_t k) {
+  const std::vector<double> all = state();
+  const std::span<const double> S = std::span(all).subspan(k * state_size, state_size);
+  const double bound = grid_.dx_mm / std::sqrt(S[largest_speed2]);
   const std::size_t node = fastest_node(k), nodes = static_cast<std::size_t>(mesh_.nodes);
   std::ostringstream text;
   text.precision(3);
-  text << "the tissue's step of " << state[step_share] * bound << " ms is beyond the limit of " << bound
+  text << "the tissue's step of " << S[step_share] * bound << " ms is beyond the limit of " << bound
        << " ms, by waves at (" << mesh_.position[node] << ", " << mesh_.position[node + nodes] << ", "
-       << mesh_.position[node + 2 * nodes] << ") mm";
+       << mesh_.position[node + 2 * nodes] << ") mm, region ";
+  for (std::size_t c = 0; c < 8; ++c)
+    if (const auto cell = static_cast<std::size_t>(mesh_.corners[node + c * nodes]);
+        mesh_.grid_cell[cell] >= 0) {
+      text << scene_.regions[mesh_.region[cell]].name;
+      break;
+    }
   return text.str();
 }
 
-std::string Solid::failure(std::size_t k, SolidEnd end, std::span<const double> state) {
-  if (end == SolidEnd::overstepped) return overstepped(k, state);
+std::string Solid::failure(std::size_t k, SolidEnd end) {
+  if (end == SolidEnd::overstepped) return overstepped(k);
   const auto [where, worst] = worst_cell(k);
   const std::array<double, 3> X = centre(where);
   std::ostringstream text;

@@ -26,6 +26,11 @@ int samples_of(const Scene& scene);
 /// diffusion would take more than 1024 substeps.
 TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion_limit_ms, double factor = 1);
 
+/// The longest step that explicit rules bear at this rate (1/ms); the ladder takes a tenth of it.
+inline double reaction_limit_ms(double fastest_rate) {
+  return 2 / fastest_rate;
+}
+
 /// Throws std::invalid_argument as above; for a check before any device work.
 void check_given_step(const Scene& scene);
 

@@ -12,6 +12,7 @@
 //@ parameter resting_mV -80 -120 0 mV "transmembrane potential at u = 0" "Aliev & Panfilov 1996"
 //@ parameter amplitude_mV 100 1 200 mV "transmembrane potential difference between u = 0 and u = 1" "Aliev & Panfilov 1996"
 //@ rest resting_mV
+//@ potential -1 2 amplitude_mV
 //@ state v 0
 //@ derived k k
 //@ derived a a
