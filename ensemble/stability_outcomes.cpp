@@ -36,6 +36,21 @@ std::string not_finite(const std::vector<float>& series, const std::vector<std::
   return fmt::format("{} of {} is {} at sample {}", what, names[place / length], *wild, place % length);
 }
 
+/// What is left over in the balance of energy, over the largest of its terms; nothing without a balance.
+std::optional<double> energy_left(const Layout& layout, const StoredRow& row) {
+  const auto begin = std::find(layout.features.begin(), layout.features.end(), "active_work_mJ");
+  const auto end = std::find(begin, layout.features.end(), "energy_residual");
+  if (end == layout.features.end()) return std::nullopt;
+  const auto term = row.features.begin() + (begin - layout.features.begin());
+  const double residual = row.features[static_cast<std::size_t>(end - layout.features.begin())];
+  double most = 0;
+  for (auto other = term; other != term + (end - begin); ++other) {
+    if (std::isnan(*other)) return *other;
+    most = std::max(most, std::abs(static_cast<double>(*other)));
+  }
+  return *term != 0 ? residual * std::abs(static_cast<double>(*term)) / most : residual;
+}
+
 /// NaN says that there is no such feature; an infinite one is a mistake.
 std::string infinite_feature(const Layout& layout, const StoredRow& row) {
   for (std::size_t i = 0; i < row.features.size(); ++i)
@@ -89,9 +104,8 @@ std::string failed_check(const Layout& layout, const StoredRow& row) {
     if (!(*apart <= blood_apart_share * largest))
       return fmt::format("blood and cavity are {:.3g} mL apart, of {:.4g} mL", *apart, largest);
   }
-  if (const auto left = feature(layout, row, "energy_residual");
-      left && !(std::abs(*left) < largest_energy_residual))
-    return fmt::format("{:.3g} of the work of the active tension is left in the balance of energy", *left);
+  if (const auto left = energy_left(layout, row); left && !(std::abs(*left) < largest_energy_left))
+    return fmt::format("{:.3g} of the energy of the tissue is left over", *left);
   return {};
 }
 

@@ -148,7 +148,8 @@ Layout heart_layout() {
   layout.ecg_ms = {0, 1};
   layout.compartments = {"LV", "aorta"};
   layout.pv_ms = {0, 1, 2};
-  layout.features = {"qrs_ms", "blood_apart_mL", "smallest_volume_ratio", "energy_residual"};
+  layout.features = {"qrs_ms",         "blood_apart_mL",      "smallest_volume_ratio",
+                     "active_work_mJ", "lv_work_on_blood_mJ", "energy_residual"};
   return layout;
 }
 
@@ -158,7 +159,7 @@ StoredRow sound_row() {
     row.ecg.insert(row.ecg.end(), {static_cast<float>(lead), static_cast<float>(2 * lead)});
   row.pressure = {8, 100, 110, 80, 79, 100};
   row.volume = {120, 119, 80, 60, -2, 61};  // the stressed volume of an artery may be negative
-  row.features = {NaN, 1e-3f, 0.8f, -0.002f};
+  row.features = {NaN, 1e-3f, 0.8f, 1000, 990, -0.002f};
   row.dt_ms = 0.2;
   return row;
 }
@@ -185,9 +186,25 @@ TEST(StabilityChecks, EachFindsWhatIsWrong) {
   EXPECT_EQ(check([](StoredRow& r) { r.features[1] = NaN; }), "blood and cavity are nan mL apart, of 120 mL");
   EXPECT_EQ(check([](StoredRow& r) { r.features[2] = 0; }), "a cell was pressed to 0 of its volume");
   EXPECT_EQ(check([](StoredRow& r) { r.features[2] = NaN; }), "a cell was pressed to nan of its volume");
-  EXPECT_EQ(check([](StoredRow& r) { r.features[3] = -0.06f; }),
-            "-0.06 of the work of the active tension is left in the balance of energy");
+  EXPECT_EQ(check([](StoredRow& r) { r.features[5] = -0.06f; }),
+            "-0.06 of the energy of the tissue is left over");
+  EXPECT_EQ(check([](StoredRow& r) { r.features[4] = NaN; }), "nan of the energy of the tissue is left over");
+  EXPECT_EQ(check([](StoredRow& r) { r.features[5] = NaN; }), "nan of the energy of the tissue is left over");
   EXPECT_EQ(check([](StoredRow& r) { r.dt_ms = std::nan(""); }), "the step is nan ms");
+}
+
+// Where muscle does little and the blood pushes, what is left over is measured by the blood's work.
+TEST(StabilityChecks, EnergyIsWeighedByTheLargestTerm) {
+  EXPECT_EQ(check([](StoredRow& r) {
+              r.features[3] = 10;
+              r.features[5] = 0.4f;
+            }),
+            "");
+  EXPECT_EQ(check([](StoredRow& r) {
+              r.features[3] = 0;
+              r.features[5] = 0.06f;
+            }),
+            "0.06 of the energy of the tissue is left over");
 }
 
 TEST(StabilityOutcomes, ReasonsOfOneCauseAreOneText) {
