@@ -133,6 +133,9 @@ class Documentation(unittest.TestCase):
         found = 0
         for text in documents():
             for block in blocks(text, "yaml"):
+                if block.startswith("kind: "):
+                    self.check_study(block)
+                    continue
                 with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
                     file.write(block)
                     file.flush()
@@ -140,6 +143,15 @@ class Documentation(unittest.TestCase):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 found += 1
         self.assertGreater(found, 0)
+
+    def check_study(self, block):
+        """A mistake of the command line is the only one."""
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml", dir=SOURCE / "configs/studies") as file:
+            file.write(block)
+            file.flush()
+            result = cohort("study", file.name, "--set", "stability.seed=-1")
+        self.assertRegex(result.stderr, r"\A--set:1: stability.seed [^\n]*\n\Z")
+        self.assertEqual(result.returncode, 1)
 
     def test_every_configuration_is_described(self):
         readme = (SOURCE / "configs/README.md").read_text()
