@@ -30,7 +30,13 @@ struct SampledParameter {
 /// Members of one campaign, whose parameters the host holds in memory.
 inline constexpr std::int64_t most_members = 10'000'000;
 
-enum class Method { sobol, latin_hypercube, grid, monte_carlo, csv };
+enum class Method { sobol, latin_hypercube, grid, monte_carlo, csv, table };
+
+/// What a study asks with each of its members; they stand in the store beside the rows.
+struct StudyMembers {
+  std::vector<std::string> groups;   ///< (N) why the member is run: corners, interior, the name of an extreme
+  std::vector<std::uint8_t> inside;  ///< (N) 1 where all its values lie within their documented ranges
+};
 
 /// The largest error that a feature may have: in `unit`, which is the feature's where it is empty, or "%".
 struct AccuracyWish {
@@ -54,8 +60,10 @@ struct Campaign {
   Method method = Method::sobol;
   std::uint64_t seed = 0;
   std::string points_file;                ///< Method::csv: header of paths, a row for each member
-  std::vector<std::string> points_paths;  ///< Method::csv: the header
-  std::string points_sha256;              ///< Method::csv: checksum of the file
+  std::vector<std::string> points_paths;  ///< Method::csv: the header; Method::table: the columns
+  std::string points_sha256;              ///< Method::csv: checksum of the file; Method::table: of the points
+  std::vector<double> points;             ///< Method::table: (N, columns)
+  StudyMembers study;                     ///< empty but in the campaigns of a study
   double timeout_s = 3600;
   int retries = 0;
   int members_per_device = 0;  ///< 0: chosen by size

@@ -164,14 +164,17 @@ ExitCode run_members(const RunningCampaign& running, const WorkerOptions& option
 ExitCode command_run(const CampaignOptions& options) {
   const Ranks ranks;
   share_cores(ranks.local());
-  const Campaign campaign = read_on_all(ranks, options);
+  return run_campaign(ranks, read_on_all(ranks, options), options.device);
+}
+
+ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::string& device_name) {
   const Samples samples = sample(campaign);
   const std::vector<Member> all = members(campaign, samples);
   const Schema schema = make_schema(campaign, samples, layout(campaign.scene), COHORT_VERSION);
   require_own_store(ranks, campaign.store, schema);
 
   std::optional<Device> device;
-  ranks.agree([&] { device.emplace(choose_device(options.device, ranks.local())); });
+  ranks.agree([&] { device.emplace(choose_device(device_name, ranks.local())); });
   spdlog::info("rank {} of {} on {}: {} ({})", ranks.rank(), ranks.size(), host_name(), device->info().name,
                device->info().unique_id);
 

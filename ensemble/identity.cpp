@@ -127,7 +127,7 @@ std::string canonical_text(const Campaign& campaign) {
     text += fmt::format("{}={}\n", parameter.path, number(parameter.value));
   for (const SampledParameter& parameter : campaign.parameters) text += sampled(parameter);
   text += fmt::format("method {} members {} seed {}\n",
-                      word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv"}),
+                      word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv", "table"}),
                       campaign.members, campaign.seed);
   if (!campaign.points_sha256.empty()) text += fmt::format("points {}\n", campaign.points_sha256);
   return text;

@@ -256,7 +256,23 @@ std::string Store::reason(std::int64_t member) const {
 }
 
 double Store::finished_unix_s(std::int64_t member) const {
-  return read_value<double>(Column::finished_unix_s, static_cast<std::size_t>(member));
+  return number(Column::finished_unix_s, member);
+}
+
+double Store::number(Column column, std::int64_t member) const {
+  return read_value<double>(column, static_cast<std::size_t>(member));
+}
+
+std::vector<float> Store::floats(Column column, std::int64_t member) const {
+  const auto bytes = read_row(column, static_cast<std::size_t>(member));
+  std::vector<float> result(bytes.size() / sizeof(float));
+  std::memcpy(result.data(), bytes.data(), result.size() * sizeof(float));
+  return result;
+}
+
+void Store::write_outcome(std::int64_t member, const std::string& outcome) {
+  write_row(Column::study_outcome, static_cast<std::size_t>(member),
+            bytes_of_text(outcome, row_bytes(Column::study_outcome)));
 }
 
 RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recording& recording,

@@ -97,6 +97,13 @@ class Store {
   std::string reason(std::int64_t member) const;
   double finished_unix_s(std::int64_t member) const;
 
+  /// What stands in a member's row of a column of f4: a series, or the features; nothing where there is none.
+  std::vector<float> floats(Column column, std::int64_t member) const;
+  /// A member's number in a column of f8 with one a row.
+  double number(Column column, std::int64_t member) const;
+  /// Text of a member in /study/outcome, cut at its length. Throws as commit.
+  void write_outcome(std::int64_t member, const std::string& outcome);
+
   /// The bytes that a member's end writes. `samples` are those of the campaign: the row is written whole, so
   /// that a row that the disk has spoilt is repaired too. Throws std::logic_error where the recording does
   /// not fit the layout.

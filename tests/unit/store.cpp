@@ -32,7 +32,9 @@ class StoreTest : public ::testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   static Schema schema(std::int64_t members, std::uint64_t seed = 7, Layout layout = fake::layout()) {
-    const auto campaign = fake::campaign(members, seed);
+    auto campaign = fake::campaign(members, seed);
+    campaign.study = {std::vector<std::string>(static_cast<std::size_t>(members), "corners"),
+                      std::vector<std::uint8_t>(static_cast<std::size_t>(members), 1)};
     return make_schema(campaign, sample(campaign), std::move(layout), "test");
   }
   void create(const Schema& s) {
