@@ -260,6 +260,23 @@ class Store:
         """(N) f4 of one feature; ValueError where there is none of that name."""
         return self._file["features"][:, self.feature_names.index(name)]
 
+    # A study of stability
+
+    @property
+    def study_groups(self):
+        """(N) why each member is run; None where the store is not one of a study."""
+        return numpy.char.decode(self._file["study/group"][:], "utf-8") if "study/group" in self._file else None
+
+    @property
+    def study_inside(self):
+        """(N) bool: whether all values of the member lie within their documented ranges."""
+        return self._file["study/inside"][:].astype(bool)
+
+    @property
+    def study_outcomes(self):
+        """(N) what each member came to: done, or a cause with "#" for its numbers; empty before the study has ended."""
+        return numpy.char.decode(self._file["study/outcome"][:], "utf-8")
+
     # Speed
 
     @property

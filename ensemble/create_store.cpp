@@ -98,6 +98,14 @@ void write_dataset(hid_t dataset, hid_t type, const std::vector<T>& values) {
     hdf5::check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "write");
 }
 
+/// Texts that are no longer than `bytes`.
+void write_texts(hid_t dataset, const std::vector<std::string>& texts, std::size_t bytes) {
+  std::vector<char> packed(texts.size() * bytes, '\0');
+  for (std::size_t i = 0; i < texts.size(); ++i) texts[i].copy(&packed[i * bytes], bytes);
+  const hdf5::Handle type(H5Dget_type(dataset), H5Tclose, "type");
+  write_dataset(dataset, type, packed);
+}
+
 void write_rate(hid_t dataset, const std::vector<double>& times_ms) {
   if (times_ms.size() > 1) hdf5::write_attribute(dataset, "rate_hz", 1000 / (times_ms[1] - times_ms[0]));
 }
@@ -136,6 +144,9 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
     for (std::int64_t i = 0; i < schema.members; ++i)
       seeds.push_back(random_bits(schema.seed, Stream::member, 0, static_cast<std::uint64_t>(i)));
     write_dataset(dataset, H5T_NATIVE_UINT64, seeds);
+  } else if (column == Column::step_factor) {
+    write_dataset(dataset, H5T_NATIVE_DOUBLE,
+                  std::vector<double>(static_cast<std::size_t>(schema.members), 1));
   } else if (column == Column::rank) {
     write_dataset(dataset, H5T_NATIVE_INT32,
                   std::vector<std::int32_t>(static_cast<std::size_t>(schema.members), -1));
@@ -157,6 +168,10 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.pv_ms);
   } else if (column == Column::time_displacement_ms) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.displacement_ms);
+  } else if (column == Column::study_group) {
+    write_texts(dataset, schema.study.groups, spec(column).text_bytes);
+  } else if (column == Column::study_inside) {
+    write_dataset(dataset, H5T_NATIVE_UINT8, schema.study.inside);
   }
 }
 
@@ -194,6 +209,7 @@ void write_hdf5(const fs::path& path, const Schema& schema) {
   write_root(file, schema);
   std::vector<const char*> groups = {"/members", "/time", "/performance"};
   if (!schema.layout.compartments.empty()) groups.push_back("/pv");
+  if (!schema.study.groups.empty()) groups.push_back("/study");
   for (const char* name : groups) {
     const hdf5::Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, name);
     hdf5::check(H5Pset_obj_track_times(properties, false), name);
@@ -201,7 +217,7 @@ void write_hdf5(const fs::path& path, const Schema& schema) {
   }
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto column = static_cast<Column>(i);
-    if (is_series(column) && shape(column, schema)[0] == 0) continue;
+    if (is_optional(column) && shape(column, schema)[0] == 0) continue;
     hdf5::Handle dataset = create_dataset(file, column, schema);
     describe(dataset, column, schema);
     dataset.close(spec(column).path);

@@ -20,14 +20,14 @@ constexpr Status status_of(Outcome outcome) {
   return static_cast<Status>(outcome);
 }
 
-inline constexpr std::size_t reason_bytes = 192, device_bytes = 64, kernel_name_bytes = 64;
+inline constexpr std::size_t reason_bytes = 192, device_bytes = 64, kernel_name_bytes = 64, group_bytes = 64;
 
 /// A sampled parameter as the file describes it.
 struct ParameterColumn {
   std::string path, unit;
   double lower, upper;
   std::string scale;  ///< "linear" or "log"
-  std::string prior;  ///< "uniform [0.5, 1.5]", "normal 10 +- 1 in [7, 14]", "choice {1, 2}", "csv"
+  std::string prior;  ///< "uniform [0.5, 1.5]", "normal 10 +- 1 in [7, 14]", "choice {1, 2}", "csv", "table"
 };
 
 /// All that is fixed when a store is created.
@@ -38,6 +38,7 @@ struct Schema {
   std::vector<ParameterColumn> parameters;  ///< (P)
   Samples samples;                          ///< (N, P)
   Layout layout;
+  StudyMembers study;          ///< empty where the campaign is not one of a study
   int performance_slots = 64;  ///< processes that may report their kernels' times
   int kernels_per_slot = 48;
 };

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -23,10 +24,11 @@ constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What the checksum of a row covers, in this order, and after them the status byte. `seed` differs from row
 /// to row: a row that stands in another's place is found too.
-constexpr Column checksummed[] = {
-    Column::seed,      Column::parameters,   Column::unit_parameters, Column::ecg,    Column::pv_pressure,
-    Column::pv_volume, Column::displacement, Column::features,        Column::reason, Column::failed_at_ms,
-    Column::dt_ms,     Column::dx_mm,        Column::error_estimate};
+constexpr Column checksummed[] = {Column::seed,         Column::parameters,    Column::unit_parameters,
+                                  Column::ecg,          Column::pv_pressure,   Column::pv_volume,
+                                  Column::displacement, Column::features,      Column::reason,
+                                  Column::failed_at_ms, Column::dt_ms,         Column::dx_mm,
+                                  Column::step_factor,  Column::error_estimate};
 
 std::string system_message(int error) {
   return std::generic_category().message(error);
@@ -83,6 +85,11 @@ int write_all(int file, const char* bytes, std::size_t count, off_t offset) {
     count -= static_cast<std::size_t>(written);
   }
   return 0;
+}
+
+/// As /members/step_factor has it.
+int halvings_of(double step_factor) {
+  return step_factor > 0 ? static_cast<int>(std::lround(-std::log2(step_factor))) : 0;
 }
 
 double unix_seconds() {
@@ -237,8 +244,9 @@ void Store::set_status(std::int64_t member, Status status) {
 Account Store::account(std::int64_t member) const {
   const auto row = static_cast<std::size_t>(member);
   const auto device = read_row(Column::device, row);
-  return {read_value<std::int32_t>(Column::attempts, row), read_value<std::int32_t>(Column::crashes, row),
-          read_value<std::int32_t>(Column::rank, row),
+  return {read_value<std::int32_t>(Column::attempts, row),
+          halvings_of(read_value<double>(Column::step_factor, row)),
+          read_value<std::int32_t>(Column::crashes, row), read_value<std::int32_t>(Column::rank, row),
           std::string(device.begin(), std::find(device.begin(), device.end(), '\0'))};
 }
 
@@ -248,7 +256,23 @@ std::string Store::reason(std::int64_t member) const {
 }
 
 double Store::finished_unix_s(std::int64_t member) const {
-  return read_value<double>(Column::finished_unix_s, static_cast<std::size_t>(member));
+  return number(Column::finished_unix_s, member);
+}
+
+double Store::number(Column column, std::int64_t member) const {
+  return read_value<double>(column, static_cast<std::size_t>(member));
+}
+
+std::vector<float> Store::floats(Column column, std::int64_t member) const {
+  const auto bytes = read_row(column, static_cast<std::size_t>(member));
+  std::vector<float> result(bytes.size() / sizeof(float));
+  std::memcpy(result.data(), bytes.data(), result.size() * sizeof(float));
+  return result;
+}
+
+void Store::write_outcome(std::int64_t member, const std::string& outcome) {
+  write_row(Column::study_outcome, static_cast<std::size_t>(member),
+            bytes_of_text(outcome, row_bytes(Column::study_outcome)));
 }
 
 RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recording& recording,
@@ -288,6 +312,8 @@ RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recor
             return bytes_of(recording.dt_ms);
           case Column::dx_mm:
             return bytes_of(recording.dx_mm);
+          case Column::step_factor:
+            return bytes_of(step_factor(account.halvings));
           default:
             return bytes_of(NaN);
         }
@@ -321,6 +347,8 @@ RowImage Store::prepare_requeue(std::int64_t member, const Account& account) con
   image.account_.push_back(
       piece(Column::attempts, row, bytes_of(static_cast<std::int32_t>(account.attempts))));
   image.account_.push_back(piece(Column::crashes, row, bytes_of(static_cast<std::int32_t>(account.crashes))));
+  if (rows(Column::step_factor) > 0)
+    image.account_.push_back(piece(Column::step_factor, row, bytes_of(step_factor(account.halvings))));
   image.status_.push_back(piece(Column::status, row, bytes_of(Status::queued)));
   return image;
 }

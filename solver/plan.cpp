@@ -270,6 +270,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (scene.activation_method == ActivationMethod::eikonal)
     if (const std::string why = projection_refusal(scene, base, members); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
+  if (bidomain && scene.splitting == Splitting::godunov)
+    throw std::invalid_argument(
+        "electrophysiology.splitting: godunov is for the monodomain equation; the bidomain equations have "
+        "strang");
   if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
         "electrophysiology.conduction_system: its fast layer and delay act through arrival times, which the "
@@ -431,8 +435,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
   warn_of_stimuli(scene, monodomain);
   const TimeSteps steps =
-      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
-  const double bound = 2 / monodomain.fastest_rate()[0];
+      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0],
+                   scene.parameters.value("time.step_factor"));
+  const double bound = reaction_limit_ms(monodomain.fastest_rate()[0]);
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);

@@ -25,6 +25,7 @@ const Overrides one_beat = {"grid.dx_mm=6", "mechanics.dx_mm=8", "torso.dx_mm=20
 const std::map<std::string, Overrides> scenes = {
     {"arostica", {"grid.dx_mm=8", "time.end_ms=20"}},
     {"bidomain", {"grid.dx_mm=1", "time.end_ms=5"}},
+    {"cell", {"time.end_ms=20"}},
     {"circulation", {"time.beats.at_most=3"}},
     {"demo", one_beat},
     {"ecg", {"grid.dx_mm=6", "torso.dx_mm=20", "time.end_ms=200"}},
