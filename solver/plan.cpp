@@ -406,13 +406,14 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
                static_cast<std::size_t>(batch) * torso.bytes(base.values));
   } else if (scene.ecg) {
     const Torso torso(device, scene);
-    module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
+    module("torso", true, "outputs.ecg: lead fields and weights",
+           {"sample_leads", "lead_weights", "check_weights"},
            LeadWeights::bytes(room, scene.precision) + torso.bytes(base.values));
   } else {
     module("torso", false, "no ECG is asked for", {}, 0);
   }
   module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
-         {"record_blocks", "record_totals", "check_cells", "check_members", "check_weights"},
+         {"record_blocks", "record_totals", "check_cells", "check_members"},
          Recorder::bytes(scene, batch, Recorder::samples_per_fetch, room));
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},

@@ -51,7 +51,7 @@ Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& de
   record_totals_ = launcher.handle(program, "record_totals");
   check_cells_ = launcher.handle(program, "check_cells");
   check_members_ = launcher.handle(program, "check_members");
-  check_weights_ = launcher.handle(program, "check_weights");
+  if (weighted_ > 0) check_weights_ = launcher.handle(program, "check_weights");
   const auto bytes =
       static_cast<std::size_t>(samples * members_per_batch * quantities_) * real_bytes(precision_);
   for (cl::Buffer& half : series_) half = device.allocate(bytes);
