@@ -38,6 +38,20 @@ struct StudyMembers {
   std::vector<std::uint8_t> inside;  ///< (N) 1 where all its values lie within their documented ranges
 };
 
+/// The largest error that a feature may have: in `unit`, which is the feature's where it is empty, or "%".
+struct AccuracyWish {
+  std::string feature;
+  double error;
+  std::string unit;
+};
+
+/// `accuracy:` of a campaign file (accuracy.hpp).
+struct Accuracy {
+  std::vector<AccuracyWish> wishes;
+  std::string measurements;  ///< file; empty: of those that are built in
+  std::string where;         ///< place in the campaign file
+};
+
 /// A campaign file, read and checked.
 struct Campaign {
   Scene scene;
@@ -55,6 +69,8 @@ struct Campaign {
   int members_per_device = 0;  ///< 0: chosen by size
   double memory_limit_GB = 0;  ///< 0: what the device has
   std::string store;           ///< path of the HDF5 file
+  Accuracy accuracy;                        ///< what was asked for; it is met already
+  std::vector<std::string> accuracy_lines;  ///< what was chosen for it, and why
   Places places;               ///< where what it holds stands in the file
   std::string text;            ///< the file, verbatim, with --set applied as trailing comment lines
   std::string sha256;          ///< of what determines the results (canonical_text), not of `text`

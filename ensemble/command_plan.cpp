@@ -58,6 +58,7 @@ ExitCode command_plan(const CampaignOptions& options) {
   Plan plan;
   told_in_place(campaign, [&] { plan = plan_campaign(device, campaign, members(campaign)); });
   fmt::print("{}\n{}\n", module_table(plan), size_table(plan, campaign, device.info()));
+  for (const std::string& line : campaign.accuracy_lines) fmt::print("{}\n", line);
   for (const std::string& line : conduction_lines(plan)) fmt::print("{}\n", line);
   return ExitCode::done;
 }

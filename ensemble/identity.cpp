@@ -65,6 +65,7 @@ std::string physics(const Scene& scene) {
       text += fmt::format("early site {} {}\n", site.name,
                           word(site.surface, {"lv", "rv_septum", "rv_free_wall"}));
   }
+  if (scene.splitting == Splitting::godunov) text += "splitting godunov\n";
   if (scene.stretch_activated) text += "stretch-activated current\n";
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,
@@ -115,9 +116,13 @@ std::string sampled(const SampledParameter& parameter) {
 
 }  // namespace
 
+std::string structure_text(const Scene& scene) {
+  return geometry(scene) + physics(scene) + loads(scene);
+}
+
 std::string canonical_text(const Campaign& campaign) {
   const Scene& scene = campaign.scene;
-  std::string text = geometry(scene) + physics(scene) + loads(scene) + outputs(scene);
+  std::string text = structure_text(scene) + outputs(scene);
   for (const Parameter& parameter : scene.parameters.all())
     text += fmt::format("{}={}\n", parameter.path, number(parameter.value));
   for (const SampledParameter& parameter : campaign.parameters) text += sampled(parameter);

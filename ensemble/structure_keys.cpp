@@ -10,6 +10,12 @@ const std::vector<StructureKey>& structure_keys() {
       {"outputs", "map", "required", "what is recorded: any of `ecg`, `activation`, `pv`, `displacement`"},
       {"parameters", "map", "none", "what is sampled: PATH of a parameter and its distribution"},
       {"campaign", "map", "one member", "how many members, how they are sampled, within what limits"},
+      {"accuracy", "map of FEATURE: error", "none",
+       "the cheapest measured setting that keeps these errors is chosen; none: as the scene says"},
+      {"accuracy.FEATURE", "`1 %`, `3 ms` or a number in its unit", "-",
+       "largest error of 95 % of members; `%` is of the feature's value"},
+      {"accuracy.measurements", "text", "those built in",
+       "what `cohort study` has measured of such a scene; relative to the campaign file"},
       {"store", "text", "the file's name with .h5", "HDF5 file; relative to the current folder"},
 
       {"precision", "`single`, `double`", "`single`", "floating point of the device"},
@@ -54,6 +60,8 @@ const std::vector<StructureKey>& structure_keys() {
       {"electrophysiology", "map", "defaults", "cells, conduction and activation"},
       {"electrophysiology.activation", "`automatic`, `monodomain`, `bidomain`, `reaction_eikonal`, `eikonal`",
        "`automatic`", "what activates the tissue"},
+      {"electrophysiology.splitting", "`strang`, `godunov`", "`strang`",
+       "of diffusion and reaction in a step; `godunov` is of first order, for comparisons"},
       {"electrophysiology.cell_model", "word", "`mitchell_schaeffer`", "of every region that names no other"},
       {"electrophysiology.regions", "map of NAME: map", "none",
        "what single regions have of their own: `cell_model` and any number that stands right below "

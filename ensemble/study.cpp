@@ -17,7 +17,7 @@ std::string flow_text(const Node& node) {
     case Node::Kind::null:
       return "null";
     case Node::Kind::scalar:
-      return node.quoted ? '"' + node.text + '"' : node.text;
+      return node.quoted ? fmt::format("\"{}\"", node.text) : node.text;
     case Node::Kind::sequence:
       for (const Node& item : node.items) parts.push_back(flow_text(item));
       return fmt::format("[{}]", fmt::join(parts, ", "));

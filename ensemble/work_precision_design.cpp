@@ -42,7 +42,8 @@ std::vector<Setting> product(const Node& group, const std::string& name) {
         Setting setting = before;
         setting.values.emplace_back(entry.key, flow_text(value));
         if (alternatives.size() > 1 || name.empty())
-          setting.label += (setting.label.empty() ? "" : " ") + called(entry.key, flow_text(value));
+          setting.label +=
+              fmt::format("{}{}", setting.label.empty() ? "" : " ", called(entry.key, flow_text(value)));
         next.push_back(std::move(setting));
       }
     all = std::move(next);
@@ -97,6 +98,39 @@ std::vector<std::string> Setting::overrides() const {
   return result;
 }
 
+Study study_of(const Study& study, const Setting& scene) {
+  Study result = study;
+  // What the command line sets stands behind, and wins.
+  const std::vector<std::string> own = scene.overrides();
+  result.overrides.insert(result.overrides.begin(), own.begin(), own.end());
+  return result;
+}
+
+namespace {
+
+/// Every setting is a campaign, in every scene; marks the default, or adds it.
+void check_settings(const Study& study, WorkPrecisionDesign& design) {
+  std::set<std::string> labels;
+  for (const Setting& scene : design.scenes) {
+    const Study own = study_of(study, scene);
+    const std::string base = campaign_of(own, {}, study.file).sha256;
+    for (Setting& setting : design.settings)
+      setting.is_default =
+          campaign_of(own, setting.overrides(), fmt::format("{}: setting \"{}\"", study.file, setting.label))
+              .sha256 == base;
+    if (design.reference) campaign_of(own, design.reference->overrides(), study.file + ": reference");
+  }
+  for (const Setting& setting : design.settings)
+    if (!labels.insert(setting.label).second)
+      throw ConfigError({fmt::format("{}: two settings are called \"{}\"; give their groups a label",
+                                     study.file, setting.label)});
+  if (std::none_of(design.settings.begin(), design.settings.end(),
+                   [](const Setting& setting) { return setting.is_default; }))
+    design.settings.push_back({"default", {}, true});
+}
+
+}  // namespace
+
 WorkPrecisionDesign read_work_precision(Study& study) {
   Mistakes mistakes;
   WorkPrecisionDesign design;
@@ -105,6 +139,11 @@ WorkPrecisionDesign read_work_precision(Study& study) {
     design.settings = read_settings(*list, mistakes);
   else
     mistakes.add(root.place, "\"settings\" is missing: what is compared");
+  design.scenes = {Setting{}};
+  if (Node* node = take_map(root, "for_each", mistakes)) {
+    node->read = true;
+    design.scenes = product(*node, "");
+  }
   if (Node* node = take(root, "reference"))
     read_reference(*node, design, mistakes);
   else
@@ -121,22 +160,11 @@ WorkPrecisionDesign read_work_precision(Study& study) {
       design.measurements =
           (std::filesystem::path(study.file).parent_path() / *name).lexically_normal().string();
   check_keys(root, {}, mistakes);
+  if (!design.measurements.empty() && (!design.reference || design.scenes.size() > 1))
+    mistakes.add(root.place, "measurements are of one scene against a reference that is run");
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
 
-  const std::string own = campaign_of(study, {}, study.file).sha256;
-  std::set<std::string> labels;
-  for (Setting& setting : design.settings) {
-    const Campaign campaign =
-        campaign_of(study, setting.overrides(), study.file + ": setting \"" + setting.label + "\"");
-    setting.is_default = campaign.sha256 == own;
-    if (!labels.insert(setting.label).second)
-      throw ConfigError({fmt::format("{}: two settings are called \"{}\"; give their groups a label",
-                                     study.file, setting.label)});
-  }
-  if (std::none_of(design.settings.begin(), design.settings.end(),
-                   [](const Setting& setting) { return setting.is_default; }))
-    design.settings.push_back({"default", {}, true});
-  if (design.reference) campaign_of(study, design.reference->overrides(), study.file + ": reference");
+  check_settings(study, design);
   return design;
 }
 

@@ -21,6 +21,7 @@ struct Setting {
 
 /// The section of a study of kind work_precision.
 struct WorkPrecisionDesign {
+  std::vector<Setting> scenes;          ///< of for_each: each has its own reference and front; one at least
   std::vector<Setting> settings;        ///< (R), the default among them
   std::optional<Setting> reference;     ///< the run that is taken for the truth, or
   std::map<std::string, double> known;  ///< exact or published values of features
@@ -28,6 +29,9 @@ struct WorkPrecisionDesign {
   int repeats = 3;
   std::string measurements;  ///< file to be written for `accuracy:`, or empty
 };
+
+/// The study with what `scene` sets behind its own overrides.
+Study study_of(const Study& study, const Setting& scene);
 
 /// Reads what `study.root` holds beside its head; every setting is parsed as a campaign. Throws ConfigError
 /// with all mistakes.

@@ -25,7 +25,22 @@ struct Prepared {
   Plan plan;
 };
 
+/// Settings of a study are coarse on purpose: what warns of that is told with --verbose alone.
+class QuietWarnings {
+ public:
+  QuietWarnings() : level_(spdlog::get_level()) {
+    if (level_ > spdlog::level::debug) spdlog::set_level(spdlog::level::err);
+  }
+  ~QuietWarnings() { spdlog::set_level(level_); }
+  QuietWarnings(const QuietWarnings&) = delete;
+  QuietWarnings& operator=(const QuietWarnings&) = delete;
+
+ private:
+  spdlog::level::level_enum level_;
+};
+
 Prepared prepare(Device& device, const Study& study, const Setting& setting) {
+  const QuietWarnings quiet;
   Prepared result;
   result.campaign = campaign_of(study, setting.overrides(), study.file);
   result.members = members(result.campaign);
@@ -40,6 +55,7 @@ std::string outcome_of(const std::vector<Recording>& recordings) {
 }
 
 void run_once(Device& device, const Prepared& prepared, SettingRun& run) {
+  const QuietWarnings quiet;
   Simulation simulation(device, prepared.campaign.scene, prepared.plan);
   simulation.time_every_launch(true);
   std::vector<Recording> recordings;

@@ -133,7 +133,9 @@ std::size_t WorkPrecision::default_setting() const {
   return static_cast<std::size_t>(it - design.settings.begin());
 }
 
-void write_study(const std::string& path, const Study& study, const WorkPrecision& result) {
+namespace {
+
+void write_scene(hid_t group, const WorkPrecision& result) {
   const std::size_t rows = result.runs.size(), measures = result.errors.size();
   const auto repeats = static_cast<std::size_t>(result.design.repeats);
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
@@ -165,6 +167,26 @@ void write_study(const std::string& path, const Study& study, const WorkPrecisio
       member_errors.insert(member_errors.end(), result.errors[m].of[i].begin(), result.errors[m].of[i].end());
     }
   }
+  hdf5::write_attribute(group, "scene", result.scene);
+  hdf5::write_texts(group, "settings/label", labels);
+  hdf5::write_texts(group, "settings/set", sets);
+  hdf5::write_texts(group, "settings/outcome", outcomes);
+  hdf5::write_numbers(group, "settings/default", {rows}, own);
+  hdf5::write_numbers(group, "settings/device_s", {rows, repeats}, device);
+  hdf5::write_numbers(group, "settings/wall_s", {rows, repeats}, wall);
+  hdf5::write_numbers(group, "settings/roof_s", {rows}, roof);
+  hdf5::write_texts(group, "measures/name", names);
+  hdf5::write_texts(group, "measures/unit", units);
+  hdf5::write_numbers(group, "measures/rms", {measures, rows}, rms);
+  hdf5::write_numbers(group, "measures/largest", {measures, rows}, largest);
+  hdf5::write_numbers(group, "measures/front", {measures, rows}, front);
+  hdf5::write_numbers(group, "measures/error", {measures, rows, members}, member_errors);
+}
+
+}  // namespace
+
+void write_study(const std::string& path, const Study& study, const std::vector<WorkPrecision>& scenes) {
+  const WorkPrecision& result = scenes.front();
   const hdf5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path);
   hdf5::write_attribute(file, "kind", std::string("work_precision"));
   hdf5::write_attribute(file, "study", flow_text(study.root));
@@ -174,25 +196,18 @@ void write_study(const std::string& path, const Study& study, const WorkPrecisio
   hdf5::write_attribute(file, "program", std::string(COHORT_VERSION));
   hdf5::write_attribute(file, "device", result.device);
   hdf5::write_attribute(file, "triad_GB_per_s", result.triad_GB_per_s);
-  hdf5::write_texts(file, "settings/label", labels);
-  hdf5::write_texts(file, "settings/set", sets);
-  hdf5::write_texts(file, "settings/outcome", outcomes);
-  hdf5::write_numbers(file, "settings/default", {rows}, own);
-  hdf5::write_numbers(file, "settings/device_s", {rows, repeats}, device);
-  hdf5::write_numbers(file, "settings/wall_s", {rows, repeats}, wall);
-  hdf5::write_numbers(file, "settings/roof_s", {rows}, roof);
-  hdf5::write_texts(file, "measures/name", names);
-  hdf5::write_texts(file, "measures/unit", units);
-  hdf5::write_numbers(file, "measures/rms", {measures, rows}, rms);
-  hdf5::write_numbers(file, "measures/largest", {measures, rows}, largest);
-  hdf5::write_numbers(file, "measures/front", {measures, rows}, front);
-  hdf5::write_numbers(file, "measures/error", {measures, rows, members}, member_errors);
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    const std::string name = fmt::format("{:03d}", k);
+    const hdf5::Handle group(H5Gcreate2(file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose,
+                             path);
+    write_scene(group, scenes[k]);
+  }
 }
 
-std::string study_csv(const WorkPrecision& result) {
-  std::string text =
-      "setting,set,default,measure,unit,error_rms,error_largest,device_s,device_s_least,device_s_most,wall_s,"
-      "roof_s,front,outcome\n";
+namespace {
+
+std::string scene_csv(const WorkPrecision& result) {
+  std::string text;
   const std::vector<double> times = result.times();
   for (std::size_t m = 0; m < result.errors.size(); ++m) {
     const std::vector<double> errors = result.rms(m);
@@ -201,9 +216,9 @@ std::string study_csv(const WorkPrecision& result) {
       const SettingRun& run = result.runs[i];
       const Setting& setting = result.design.settings[i];
       const auto [low, high] = range_of(run.device_s);
-      text += fmt::format("{},{},{:d},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:d},{}\n",
-                          field(setting.label), field(text_of(setting)), setting.is_default,
-                          result.errors[m].name, result.errors[m].unit, errors[i],
+      text += fmt::format("{},{},{},{:d},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:d},{}\n",
+                          field(result.scene), field(setting.label), field(text_of(setting)),
+                          setting.is_default, result.errors[m].name, result.errors[m].unit, errors[i],
                           result.errors[m].largest(i), times[i], low, high, median_wall_s(run), run.roof_s,
                           front[i] ? 1 : 0, field(run.outcome));
     }
@@ -211,9 +226,20 @@ std::string study_csv(const WorkPrecision& result) {
   return text;
 }
 
+}  // namespace
+
+std::string study_csv(const std::vector<WorkPrecision>& scenes) {
+  std::string text =
+      "scene,setting,set,default,measure,unit,error_rms,error_largest,device_s,device_s_least,device_s_most,"
+      "wall_s,roof_s,front,outcome\n";
+  for (const WorkPrecision& scene : scenes) text += scene_csv(scene);
+  return text;
+}
+
 std::string study_report(const WorkPrecision& result) {
-  std::string text = fmt::format("{}, triad {:.1f} GB/s; seconds are the device's, for one member\n\n",
-                                 result.device, result.triad_GB_per_s);
+  std::string text =
+      fmt::format("{}{}, triad {:.1f} GB/s; seconds are the device's, for one member\n\n",
+                  result.scene.empty() ? "" : result.scene + " on ", result.device, result.triad_GB_per_s);
   for (std::size_t m = 0; m < result.errors.size(); ++m) text += measure_table(result, m) + "\n";
   if (!result.orders.empty()) text += order_table(result) + "\n";
   if (!result.rounding.empty()) text += rounding_table(result) + "\n";

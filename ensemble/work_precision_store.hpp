@@ -9,6 +9,7 @@ namespace cohort {
 
 /// A finished study of kind work_precision: R settings, M measures, N members.
 struct WorkPrecision {
+  std::string scene;  ///< name of what for_each sets; empty where there is one scene
   WorkPrecisionDesign design;
   std::vector<SettingRun> runs;       ///< (R)
   SettingRun reference;               ///< empty where the reference is values
@@ -24,10 +25,10 @@ struct WorkPrecision {
 };
 
 /// Writes the HDF5 file; analysis/study.py names what is in it. Throws std::runtime_error.
-void write_study(const std::string& path, const Study& study, const WorkPrecision& result);
+void write_study(const std::string& path, const Study& study, const std::vector<WorkPrecision>& scenes);
 
 /// A row for each setting and measure.
-std::string study_csv(const WorkPrecision& result);
+std::string study_csv(const std::vector<WorkPrecision>& scenes);
 
 /// What is printed: for each measure the settings from the fastest to the slowest with the front marked, then
 /// observed orders and shares of rounding.

@@ -60,6 +60,8 @@ class Monodomain {
     return models_.all()[static_cast<std::size_t>(models_.of_region()[region])].states[k].name;
   }
   double dt_ms() const { return dt_ms_; }
+  /// Diffusion that is still to be done where a step ends.
+  double open_ms() const { return scene_.splitting == Splitting::strang ? 0.5 * dt_ms_ : 0; }
   /// The same mask and the stimuli's numbers (members, stimuli, stimulus_numbers) on the device.
   const cl::Buffer& stimulated_by_mask() const { return stimulated_by_; }
   const cl::Buffer& stimuli() const { return stimuli_buffer_; }

@@ -270,6 +270,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (scene.activation_method == ActivationMethod::eikonal)
     if (const std::string why = projection_refusal(scene, base, members); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
+  if (bidomain && scene.splitting == Splitting::godunov)
+    throw std::invalid_argument(
+        "electrophysiology.splitting: godunov is for the monodomain equation; the bidomain equations have "
+        "strang");
   if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
         "electrophysiology.conduction_system: its fast layer and delay act through arrival times, which the "
@@ -408,7 +412,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     module("torso", false, "no ECG is asked for", {}, 0);
   }
   module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
-         {"record_blocks", "record_totals"},
+         {"record_blocks", "record_totals", "check_cells", "check_members", "check_weights"},
          Recorder::bytes(scene, batch, Recorder::samples_per_fetch, room));
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},

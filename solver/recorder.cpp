@@ -66,7 +66,11 @@ std::size_t Recorder::bytes(const Scene& scene, int members_per_batch, int sampl
   const auto members = static_cast<std::size_t>(members_per_batch);
   const auto blocks = static_cast<std::size_t>(stride / Tissue::block_cells + 1);
   const std::size_t real = real_bytes(scene.precision);
-  return (2 * static_cast<std::size_t>(samples) * members + blocks) * quantities * real +
+  const bool weighted = scene.ecg && scene.ecg->method == EcgRequest::Method::lead_field;
+  const std::size_t sums_of_weights = weighted ? 2 * LeadWeights::leads * blocks * real : 0;
+  constexpr std::size_t small = 8;  // buffers of a few numbers
+  return sums_of_weights + small * Device::least_bytes +
+         (2 * static_cast<std::size_t>(samples) * members + blocks) * quantities * real +
          (members + 1) * sizeof(int) + 2 * members * (check_width + 1) * real +
          blocks * (4 * sizeof(int) + 4 * real);
 }
@@ -121,7 +125,7 @@ void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Bu
             potential, monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
             weights != nullptr ? *weights : monodomain.potential(), tissue.member_of, bounds_buffer_,
             partial_, wild_, wild_mV_, tissue.stride, tissue.blocks, sample_++,
-            Real{substeps || closed != nullptr ? 0.0 : 0.5 * monodomain.dt_ms()});
+            Real{substeps || closed != nullptr ? 0.0 : monodomain.open_ms()});
   const auto rows = static_cast<std::size_t>(members_ * (weighted_ + 1));
   launcher_(record_totals_, cl::NDRange(gpu ? rows * group : rows), cl::NDRange(gpu ? group : 1),
             static_cast<double>(blocks) * (weighted_ + 1) * real, partial_, first_block_, series_[half_],

@@ -41,7 +41,8 @@ void Excitation::name_outcome(std::size_t m, double interval_ms, Recording& reco
   if (!was_done) return;
   if (recording.outcome == Outcome::unstable) {
     const Recorder::First first = recorder.first_wild(tissue, m);
-    recording.reason += fmt::format("; first {:.4g} mV at {}, beyond {:.4g} to {:.4g} mV", first.what,
+    const std::string value = std::isfinite(first.what) ? fmt::format("{:.4g} mV", first.what) : "none";
+    recording.reason += fmt::format("; first {} at {}, beyond {:.4g} to {:.4g} mV", value,
                                     place_of(first.cell), recorder.bounds(m)[0], recorder.bounds(m)[1]);
   } else if (recording.outcome == Outcome::done && recorder.looks()[m].states_beyond) {
     const Recorder::First first = recorder.first_state_beyond(tissue, m);

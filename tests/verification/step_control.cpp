@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "ensemble/worker.hpp"
+#include "tests/campaign_run.hpp"
 #include "tests/heart_run.hpp"
 
 namespace cohort::test {
