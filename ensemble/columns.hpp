@@ -7,8 +7,9 @@
 
 namespace cohort {
 
-/// Datasets of the store, in the order in which they stand in the file. `parameters` to `crc32` have a row
-/// for each member, those after it a row for each performance slot.
+/// Datasets of the store, in the order in which they stand in the file. `parameters` to `error_measured` have
+/// a row for each member, `error_mean` to `error_model` one for each feature, those from `kernels` on one for
+/// each performance slot. The group /checks holds the first of these too, a row for each check.
 enum class Column {
   parameters,
   unit_parameters,
@@ -27,13 +28,24 @@ enum class Column {
   finished_unix_s,
   dt_ms,
   dx_mm,
-  error_estimate,
   crc32,
   ecg,
   pv_pressure,
   pv_volume,
   displacement,
   features,
+  member_of_check,
+  error_estimate,
+  error_measured,
+  error_checks,
+  error_mean,
+  error_rms,
+  error_largest,
+  error_left_out,
+  error_left_out_constant,
+  error_model,
+  error_state,
+  error_crc32,
   time_ecg_ms,
   time_pv_ms,
   time_displacement_ms,
@@ -47,7 +59,7 @@ enum class Column {
   cell_updates,
   slot_wall_s
 };
-inline constexpr std::size_t column_count = 36;
+inline constexpr std::size_t column_count = 47;
 
 enum class ElementType { f8, f4, i8, i4, u8, u4, u1, text };
 
@@ -80,13 +92,24 @@ inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/members/finished_unix_s", ElementType::f8, 0, true, "s"},
     {"/members/dt_ms", ElementType::f8, 0, false, "ms"},
     {"/members/dx_mm", ElementType::f8, 0, false, "mm"},
-    {"/members/error_estimate", ElementType::f8, 0, false, nullptr},
     {"/members/crc32", ElementType::u4, 0, false, nullptr},
     {"/ecg", ElementType::f4, 0, false, "mV"},
     {"/pv/pressure", ElementType::f4, 0, false, "mmHg"},
     {"/pv/volume", ElementType::f4, 0, false, "mL"},
     {"/displacement", ElementType::f4, 0, false, "mm"},
     {"/features", ElementType::f4, 0, false, nullptr},
+    {"/member", ElementType::i8, 0, false, nullptr},
+    {"/members/error_estimate", ElementType::f4, 0, false, nullptr},
+    {"/members/error_measured", ElementType::u1, 0, false, nullptr},
+    {"/errors/checks", ElementType::i4, 0, false, nullptr},
+    {"/errors/mean", ElementType::f8, 0, false, nullptr},
+    {"/errors/rms", ElementType::f8, 0, false, nullptr},
+    {"/errors/largest", ElementType::f8, 0, false, nullptr},
+    {"/errors/left_out_rms", ElementType::f8, 0, false, nullptr},
+    {"/errors/left_out_rms_constant", ElementType::f8, 0, false, nullptr},
+    {"/errors/model", ElementType::u1, 0, false, nullptr},
+    {"/errors/state", ElementType::u1, 0, false, nullptr},
+    {"/errors/crc32", ElementType::u4, 0, false, nullptr},
     {"/time/ecg_ms", ElementType::f8, 0, false, "ms"},
     {"/time/pv_ms", ElementType::f8, 0, false, "ms"},
     {"/time/displacement_ms", ElementType::f8, 0, false, "ms"},
@@ -127,6 +150,18 @@ inline std::size_t ColumnSpec::element_bytes() const {
 constexpr bool is_series(Column column) {
   return (column >= Column::ecg && column <= Column::displacement) ||
          (column >= Column::time_ecg_ms && column <= Column::time_displacement_ms);
+}
+
+/// What tells the errors of a campaign with checks.
+constexpr bool is_of_errors(Column column) {
+  return column >= Column::error_estimate && column <= Column::error_crc32;
+}
+
+/// Datasets that a file has only where they have rows: series, errors, and those that belong to the checks or
+/// to the members alone.
+constexpr bool is_optional(Column column) {
+  return is_series(column) || is_of_errors(column) || column == Column::member_of_check ||
+         column >= Column::kernels;
 }
 
 /// Shape of a dataset under a schema, rows first. Series that are not recorded, and their times, have no rows

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "ensemble/choose_checks.hpp"
 #include "solver/labels.hpp"
 
 // Enumerators are written as words, so that a new one in their midst leaves the identity of stores as it is.
@@ -124,6 +125,7 @@ std::string canonical_text(const Campaign& campaign) {
   text += fmt::format("method {} members {} seed {}\n",
                       word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv"}),
                       campaign.members, campaign.seed);
+  if (const auto checks = check_count(campaign); checks > 0) text += fmt::format("checks {}\n", checks);
   if (!campaign.points_sha256.empty()) text += fmt::format("points {}\n", campaign.points_sha256);
   return text;
 }

@@ -101,7 +101,7 @@ class Worker {
     if (store_.status(id) == Status::running) store_.set_status(id, Status::queued);
   } catch (const std::exception& error) {
     // It stays "running" without a lock, which the next to claim takes as well.
-    spdlog::error("rank {}: member {} cannot be queued again: {}", options_.rank, id, error.what());
+    spdlog::error("rank {}: {} {} cannot be queued again: {}", options_.rank, options_.row, id, error.what());
   }
 
   bool others_are_at_work() const {
@@ -125,8 +125,8 @@ class Worker {
   bool given_up_after_kill(std::int64_t id, Account account) {
     claims_.count_kill(id);
     const int kills = claims_.kills(id);
-    spdlog::warn("rank {}: the process that ran member {} was killed (time {} for this member)",
-                 options_.rank, id, kills);
+    spdlog::warn("rank {}: the process that ran {} {} was killed (time {} for it)", options_.rank,
+                 options_.row, id, kills);
     if (kills < std::max(kills_to_blame, options_.retries + 1)) {
       store_.set_status(id, Status::queued);  // counted
       return false;
@@ -267,10 +267,10 @@ class Worker {
 
   void log(const Member& member, const Recording& recording) const {
     if (recording.outcome == Outcome::done)
-      spdlog::debug("member {} done in {:.2f} s", member.id, recording.wall_s);
+      spdlog::debug("{} {} done in {:.2f} s", options_.row, member.id, recording.wall_s);
     else
-      spdlog::warn("member {} {}: {}", member.id, status_names[static_cast<std::size_t>(recording.outcome)],
-                   recording.reason);
+      spdlog::warn("{} {} {}: {}", options_.row, member.id,
+                   status_names[static_cast<std::size_t>(recording.outcome)], recording.reason);
   }
 
   Store& store_;

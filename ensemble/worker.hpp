@@ -21,6 +21,7 @@ struct WorkerOptions {
   double timeout_s = 3600;
   int rank = 0;
   std::string device;
+  std::string row = "member";   ///< what the log calls a row
   int ranks = 1;                ///< with `rank`: whose member is whose where locks do not work
   bool locks = true;            ///< false: members go by rank (see Claims::work and hold_probe)
   bool wait_for_others = true;  ///< stay until every member has ended, to take over from a rank that dies
