@@ -240,7 +240,7 @@ ExitCode run_members(const RunningCampaign& running, const WorkerOptions& option
   if (running.store.has_checks()) {
     ranks.agree([&] { run_checks(running, options); });
     ranks.agree([&] {
-      if (ranks.first()) write_errors(running.store, running.schema.samples, running.claims);
+      if (ranks.first()) write_errors(running.store, running.schema, running.claims);
     });
     if (ranks.first() && has_errors(running.store)) fmt::print("{}", error_table(running.store));
   }

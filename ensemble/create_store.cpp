@@ -222,12 +222,12 @@ void write_group(hid_t file, const Schema& schema) {
   }
 }
 
-void describe_errors(hid_t file, const Layout& layout) {
+void describe_errors(hid_t file, const Schema& schema) {
   const std::string name = "/errors";
   const hdf5::Handle errors(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose, name);
-  hdf5::write_attribute(errors, "names", layout.features);
-  hdf5::write_attribute(errors, "units", layout.feature_units);
-  hdf5::write_attribute(errors, "order", error_order);
+  hdf5::write_attribute(errors, "names", schema.layout.features);
+  hdf5::write_attribute(errors, "units", schema.layout.feature_units);
+  hdf5::write_attribute(errors, "order", schema.error_order);
 }
 
 void write_hdf5(const fs::path& path, const Schema& schema) {
@@ -243,7 +243,7 @@ void write_hdf5(const fs::path& path, const Schema& schema) {
   if (!schema.checked.empty()) {
     create_group(file, checks_group);
     write_group(file, checks_schema(schema));
-    describe_errors(file, schema.layout);
+    describe_errors(file, schema);
   }
   file.close("HDF5");
 }

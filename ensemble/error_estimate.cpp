@@ -1,6 +1,7 @@
 #include "ensemble/error_estimate.hpp"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -60,7 +61,8 @@ struct Errors {
 };
 
 /// (checks, F)
-std::vector<double> measure(const Store& store, const Store& checks, std::span<const std::int64_t> members) {
+std::vector<double> measure(const Store& store, const Store& checks, std::span<const std::int64_t> members,
+                            double order) {
   std::vector<double> errors;
   for (std::size_t check = 0; check < members.size(); ++check) {
     const auto member = static_cast<std::size_t>(members[check]);
@@ -70,7 +72,7 @@ std::vector<double> measure(const Store& store, const Store& checks, std::span<c
     const auto fine = values<float>(checks, Column::features, check, 1);
     for (std::size_t i = 0; i < coarse.size(); ++i) {
       const double error =
-          both ? error_of(static_cast<double>(coarse[i]), static_cast<double>(fine[i])) : NaN;
+          both ? error_of(static_cast<double>(coarse[i]), static_cast<double>(fine[i]), order) : NaN;
       errors.push_back(std::isfinite(error) ? error : NaN);
     }
   }
@@ -78,10 +80,10 @@ std::vector<double> measure(const Store& store, const Store& checks, std::span<c
 }
 
 Errors errors_of(const Store& store, const Store& checks, std::span<const double> points,
-                 std::size_t parameters) {
+                 std::size_t parameters, double order) {
   Errors result;
   result.members = values<std::int64_t>(checks, Column::member_of_check);
-  result.measured = measure(store, checks, result.members);
+  result.measured = measure(store, checks, result.members, order);
   const std::size_t features = store.features().size();
   for (std::size_t i = 0; i < features; ++i) {
     std::vector<double> places, errors;
@@ -203,14 +205,14 @@ class WritingLock {
 
 }  // namespace
 
-void write_errors(Store& store, const Samples& samples, Claims& claims) {
+void write_errors(Store& store, const Schema& schema, Claims& claims) {
   if (!store.has_checks()) return;
   const WritingLock lock(claims);
   const Store checks(store.path(), Store::Access::read, checks_group);
   if (!all_ended(store) || !all_ended(checks)) return;
-  const auto points = unit_points(samples, store.members());
-  const std::size_t parameters = samples.paths.size();
-  const Errors errors = errors_of(store, checks, points, parameters);
+  const auto points = unit_points(schema.samples, store.members());
+  const std::size_t parameters = schema.samples.paths.size();
+  const Errors errors = errors_of(store, checks, points, parameters, schema.error_order);
   std::uint32_t sum = 0;
   produce(store, errors, points, parameters,
           [&](Column, std::size_t, std::span<const char> bytes) { sum = add_to_checksum(sum, bytes); });
@@ -257,11 +259,16 @@ std::string error_table(const Store& store) {
                    Align::right, Align::left});
   table.add({"error of", "unit", "checks", "mean", "rms", "largest", "left out", "model"});
   const auto number = [](double value) { return std::isnan(value) ? "-" : fmt::format("{:.2g}", value); };
-  for (const FeatureError& error : feature_errors(store))
-    table.add({error.feature, error.unit, std::to_string(error.checks), number(error.mean), number(error.rms),
-               number(error.largest), number(error.left_out_rms),
-               error_model_names.at(static_cast<std::size_t>(error.model))});
-  return table.text();
+  std::vector<std::string> none;
+  for (const FeatureError& error : feature_errors(store)) {
+    if (error.largest == 0)
+      none.push_back(error.feature);
+    else
+      table.add({error.feature, error.unit, std::to_string(error.checks), number(error.mean),
+                 number(error.rms), number(error.largest), number(error.left_out_rms),
+                 error_model_names.at(static_cast<std::size_t>(error.model))});
+  }
+  return table.text() + (none.empty() ? "" : fmt::format("no error in {}\n", fmt::join(none, ", ")));
 }
 
 }  // namespace cohort

@@ -5,7 +5,7 @@
 
 #include "ensemble/claims.hpp"
 #include "ensemble/error_model.hpp"
-#include "ensemble/members.hpp"
+#include "ensemble/schema.hpp"
 #include "ensemble/store.hpp"
 
 namespace cohort {
@@ -25,7 +25,7 @@ struct FeatureError {
 /// not have. Does nothing where a member or check has not ended, or the campaign has no checks. The bytes are
 /// a function of the rows: whichever process comes last writes the same, and a kill meanwhile leaves
 /// /errors/state 0, which the next run mends. Throws std::runtime_error where the file cannot be written.
-void write_errors(Store& store, const Samples& samples, Claims& claims);
+void write_errors(Store& store, const Schema& schema, Claims& claims);
 
 /// Takes back what write_errors wrote: some row is to be run again.
 void forget_errors(Store& store);
@@ -37,7 +37,8 @@ bool errors_are_intact(const Store& store);
 
 /// One entry for each feature. Only where has_errors.
 std::vector<FeatureError> feature_errors(const Store& store);
-/// These as a table: feature, unit, checks, mean, rms, largest, left out, model.
+/// These as a table: feature, unit, checks, mean, rms, largest, left out, model; a line for those without
+/// any.
 std::string error_table(const Store& store);
 
 }  // namespace cohort

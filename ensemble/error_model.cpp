@@ -99,8 +99,8 @@ bool is_gain(std::span<const double> better, std::span<const double> plain) {
 
 }  // namespace
 
-double error_of(double coarse, double fine) {
-  const double ratio = std::exp2(error_order);
+double error_of(double coarse, double fine, double order) {
+  const double ratio = std::exp2(order);
   return (coarse - fine) * ratio / (ratio - 1);
 }
 

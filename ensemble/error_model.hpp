@@ -8,14 +8,10 @@
 
 namespace cohort {
 
-/// Order in the spacing and the step that error estimates assume for every feature: 1, the lowest that was
-/// measured (ensemble/README.md), with which an error is estimated largest.
-inline constexpr double error_order = 1;
-
 /// The error of a feature f(h) from f(h/2): Richardson's estimate 2^p / (2^p - 1) (f(h) - f(h/2)), p being
-/// error_order; f(h) less its error is what a fine grid would tell. L. F. Richardson, Phil. Trans. R. Soc. A
-/// 210 (1911) 307-357.
-double error_of(double coarse, double fine);
+/// `order`; f(h) less its error is what a fine grid would tell. L. F. Richardson, Phil. Trans. R. Soc. A 210
+/// (1911) 307-357.
+double error_of(double coarse, double fine, double order);
 
 /// How the errors of a feature depend on the parameters. The numbers stand in /errors/model.
 enum class ErrorModelKind : std::uint8_t { none, constant, linear };

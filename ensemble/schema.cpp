@@ -58,12 +58,17 @@ Schema make_schema(const Campaign& campaign, Samples samples, Layout layout, std
     for (const auto& sampled : campaign.parameters)
       schema.parameters.push_back(column(sampled, table[table.index(sampled.path)]));
   }
+  schema.error_order = error_order(campaign.scene);
   // Without a feature there is nothing to compare.
   if (!layout.features.empty())
     schema.checked = choose_checks(samples, campaign.members, check_count(campaign));
   schema.samples = std::move(samples);
   schema.layout = std::move(layout);
   return schema;
+}
+
+double error_order(const Scene& scene) {
+  return scene.geometry == GeometryKind::none ? 2 : 1;
 }
 
 Schema checks_schema(const Schema& schema) {

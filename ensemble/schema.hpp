@@ -43,6 +43,7 @@ struct Schema {
   Samples samples;                          ///< (N, P)
   Layout layout;
   std::vector<std::int64_t> checked;          ///< members that are run again (choose_checks.hpp)
+  double error_order = 1;                     ///< that error estimates assume (error_order())
   std::vector<std::int64_t> member_of_check;  ///< in the schema of the checks: whose check a row is
   int performance_slots = 64;                 ///< processes that may report their kernels' times
   int kernels_per_slot = 48;
@@ -50,6 +51,11 @@ struct Schema {
 
 /// The schema of a campaign. `program_version` without a date or a machine: it stands in the file.
 Schema make_schema(const Campaign& campaign, Samples samples, Layout layout, std::string program_version);
+
+/// Order in the spacing and the step that error estimates of a scene assume, as measured
+/// (ensemble/README.md): 2 of a circulation alone; 1 of what has tissue, whose features come through surfaces
+/// in steps of cells and arrival times.
+double error_order(const Scene& scene);
 
 /// The schema of the checks of a campaign: a row for each member that is checked, features alone.
 Schema checks_schema(const Schema& schema);
