@@ -32,7 +32,7 @@ std::string check_line(Device& device, const Campaign& campaign, const Samples& 
   if (checked.empty() || layout(campaign.scene).features.empty()) return {};
   const std::string count = fmt::format("{} member{} again at half the spacing and the step", checked.size(),
                                         checked.size() == 1 ? "" : "s");
-  const FineCampaign fine = fine_campaign(campaign.scene, all, checked);
+  const FineCampaign fine = fine_campaign(campaign.scene, all);
   PlanOptions options = plan_options(campaign);
   options.members_per_device = 0;
   try {

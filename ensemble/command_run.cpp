@@ -205,7 +205,7 @@ void run_checks(const RunningCampaign& running, WorkerOptions options) {
       have_ended(running.store) && has_open_checks(running.store, checks, running.schema, options.retries);
   if (ranks.all(!open)) return;
   running.simulation.reset();
-  const FineCampaign fine = fine_campaign(running.campaign.scene, running.members, running.schema.checked);
+  const FineCampaign fine = fine_campaign(running.campaign.scene, running.members);
   FineSimulation simulation(running, fine);
   const bool possible_elsewhere = !ranks.all(!simulation.is_possible());
   if (!have_ended(running.store) || (possible_elsewhere && !simulation.is_possible())) return;

@@ -87,14 +87,15 @@ Plane fit(std::span<const double> points, std::size_t width, std::span<const dou
 
 /// Whether the squares of `better` are below those of `plain` by more than chance.
 bool is_gain(std::span<const double> better, std::span<const double> plain) {
-  constexpr double least_share = 0.2;
+  constexpr double least_share = 0.2, least_standard_errors = 1.5;
   const auto count = static_cast<double>(plain.size());
   std::vector<double> gain;
   for (std::size_t i = 0; i < plain.size(); ++i) gain.push_back(plain[i] * plain[i] - better[i] * better[i]);
   const double mean = mean_of(gain), plain_rms = rms_of(plain);
   double spread = 0;
   for (const double value : gain) spread += (value - mean) * (value - mean);
-  return mean > least_share * plain_rms * plain_rms && mean > std::sqrt(spread / (count - 1) / count);
+  return mean > least_share * plain_rms * plain_rms &&
+         mean > least_standard_errors * std::sqrt(spread / (count - 1) / count);
 }
 
 }  // namespace
@@ -128,7 +129,7 @@ ErrorModel::ErrorModel(std::span<const double> points, std::size_t parameters, s
   std::vector<double> places(points.begin(), points.end());
   for (std::size_t i = 0; i < places.size(); ++i) places[i] -= centre_[i % parameters];
   // In units of a coordinate's variance, which is 1/12 for points all over the cube and 1/4 at its corners.
-  constexpr std::array ridges{0.003, 0.03, 0.3};
+  constexpr std::array ridges{0.0005, 0.01, 0.2};
   for (const double ridge : ridges) {
     Plane plane = fit(places, parameters, centred, ridge);
     const double rms = rms_of(plane.left_out);

@@ -21,8 +21,8 @@ inline constexpr std::array<const char*, 3> error_model_names{"none", "constant"
 /// none below two of them; a constant, their mean; or a plane by ridge regression (A. E. Hoerl, R. W.
 /// Kennard, Technometrics 12 (1970) 55-67), which takes two checks more than there are parameters. Each check
 /// is told from all the others, and the plane is taken where it does that better than the constant by more
-/// than chance: its mean gain of squares is above its standard error and above a fifth. The strength of the
-/// ridge is one of three, likewise.
+/// than chance: its mean gain of squares is above 1.5 of its standard errors and above a fifth. The strength
+/// of the ridge is one of three, likewise.
 class ErrorModel {
  public:
   /// `points` (n, P) row-major, `errors` (n), finite.

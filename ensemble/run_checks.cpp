@@ -34,11 +34,9 @@ Recording rejected() {
 
 }  // namespace
 
-FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members,
-                           std::span<const std::int64_t> checked) {
+FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members) {
   FineCampaign fine{half_steps(scene), {}};
-  for (const auto member : checked)
-    fine.members.push_back(half_steps(scene, members[static_cast<std::size_t>(member)]));
+  for (const Member& member : members) fine.members.push_back(half_steps(scene, member));
   return fine;
 }
 
@@ -57,14 +55,18 @@ WorkerEnd work_on_checks(const Store& store, Store& checks, Claims& claims, cons
   options.timeout_s *= check_cost;
   options.row = "check";
   queue_wanted(store, checks, claims, schema, options);
-  std::vector<Member> rows = fine.members;
-  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].id = static_cast<std::int64_t>(i);
+  const auto member_of = [&](std::int64_t check) -> const Member& {
+    return fine.members[static_cast<std::size_t>(schema.checked[static_cast<std::size_t>(check)])];
+  };
+  std::vector<Member> rows;
+  for (std::int64_t check = 0; check < checks.members(); ++check)
+    rows.push_back({check, member_of(check).values});
   const RunBatch run_those_done = [&](std::span<const Member> batch, double timeout_s) {
     std::vector<Recording> recordings(batch.size(), rejected());
     std::vector<Member> members;
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      const Member& member = fine.members[static_cast<std::size_t>(batch[i].id)];
+      const Member& member = member_of(batch[i].id);
       const Status status = store.status(member.id);
       if (is_final(status) && status != Status::done) continue;
       members.push_back(member);

@@ -20,14 +20,13 @@ inline constexpr const char* nothing_to_compare = "its member is not done: there
 /// step.
 inline constexpr double check_cost = 16;
 
-/// A campaign at half the spacing and the step, of the members to be checked alone; the ids of its members
-/// are those of the campaign. Its memory and number of members in a batch follow from `plan`.
+/// A campaign at half the spacing and the step. All its members are planned for, as those of the campaign
+/// are, so that the results of a check do not depend on which others there are.
 struct FineCampaign {
   Scene scene;
-  std::vector<Member> members;  ///< by check
+  std::vector<Member> members;
 };
-FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members,
-                           std::span<const std::int64_t> checked);
+FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members);
 
 /// The loop of a rank over the checks of a campaign whose members have ended: work() on the checks' own rows,
 /// where `run` simulates fine members. A check whose member is not done is rejected with

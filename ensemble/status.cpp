@@ -148,7 +148,7 @@ int verify_command(const std::filesystem::path& path) try {
 
   Store rows(store.path(), Store::Access::write, checks_group);
   const Verified checks = verify_rows(rows);
-  fmt::print("{} checks checked, {} bad\n", checks.checked, checks.bad.size());
+  fmt::print("{} rows of checks, {} bad\n", checks.checked, checks.bad.size());
   if (!checks.bad.empty()) fmt::print("back in the queue: checks {}\n", list_of(checks.bad));
   const bool errors_intact = errors_are_intact(store);
   if (!errors_intact) fmt::print("errors are bad: the next run writes them again\n");
