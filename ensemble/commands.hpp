@@ -32,6 +32,8 @@ struct CampaignOptions {
 ExitCode command_run(const CampaignOptions& options);
 ExitCode command_export(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
+/// Runs a study file (study.hpp).
+ExitCode command_study(const CampaignOptions& options);
 ExitCode command_parameters(const CampaignOptions& options);
 ExitCode command_devices();
 /// Prints configs/keys.md.

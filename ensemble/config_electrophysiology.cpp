@@ -170,6 +170,10 @@ void read_electrophysiology(Node& electrophysiology, Scene& scene, Mistakes& mis
                                      {"reaction_eikonal", ActivationMethod::reaction_eikonal},
                                      {"eikonal", ActivationMethod::eikonal}},
                                     scene.activation_method, mistakes);
+  if (Node* splitting = take(electrophysiology, "splitting"))
+    scene.splitting =
+        read_word<Splitting>(*splitting, {{"strang", Splitting::strang}, {"godunov", Splitting::godunov}},
+                             scene.splitting, mistakes);
   if (Node* system = take_map(electrophysiology, "conduction_system", mistakes))
     read_conduction_system(*system, scene, mistakes);
   scene.stretch_activated = take_map(electrophysiology, "stretch_activated", mistakes) != nullptr;

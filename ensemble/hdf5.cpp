@@ -82,6 +82,33 @@ void write_attribute(hid_t object, const char* name, std::uint64_t value) {
   write(object, name, H5T_STD_U64LE, scalar(), &value);
 }
 
+namespace {
+Handle new_dataset(hid_t object, const std::string& path, hid_t type, hid_t space) {
+  const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path);
+  check(H5Pset_create_intermediate_group(links, 1), path);
+  return Handle(H5Dcreate2(object, path.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
+                path);
+}
+}  // namespace
+
+void write_numbers(hid_t object, const std::string& path, const std::vector<std::size_t>& dims,
+                   const std::vector<double>& values) {
+  const std::vector<hsize_t> extents(dims.begin(), dims.end());
+  const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose,
+                     path);
+  const Handle dataset = new_dataset(object, path, H5T_IEEE_F64LE, space);
+  if (!values.empty())
+    check(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path);
+}
+
+void write_texts(hid_t object, const std::string& path, const std::vector<std::string>& values) {
+  const Handle type = text_type();
+  const Handle dataset = new_dataset(object, path, type, list(values.size()));
+  std::vector<const char*> texts;
+  for (const auto& value : values) texts.push_back(value.c_str());
+  if (!values.empty()) check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()), path);
+}
+
 std::string read_text(hid_t object, const char* name) {
   const auto texts = read_texts(object, name);
   return texts.empty() ? "" : texts.front();

@@ -41,6 +41,11 @@ void write_attribute(hid_t object, const char* name, const std::vector<double>& 
 void write_attribute(hid_t object, const char* name, double value);
 void write_attribute(hid_t object, const char* name, std::uint64_t value);
 
+/// Dataset at `path` below `object`, its groups made where they are missing. dims: of `values`, row-major.
+void write_numbers(hid_t object, const std::string& path, const std::vector<std::size_t>& dims,
+                   const std::vector<double>& values);
+void write_texts(hid_t object, const std::string& path, const std::vector<std::string>& values);
+
 /// Text attribute of an object, empty where it is missing or no text.
 std::string read_text(hid_t object, const char* name);
 /// List of texts, empty where it is missing.

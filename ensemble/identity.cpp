@@ -66,6 +66,7 @@ std::string physics(const Scene& scene) {
       text += fmt::format("early site {} {}\n", site.name,
                           word(site.surface, {"lv", "rv_septum", "rv_free_wall"}));
   }
+  if (scene.splitting == Splitting::godunov) text += "splitting godunov\n";
   if (scene.stretch_activated) text += "stretch-activated current\n";
   for (const Stimulus& stimulus : scene.stimuli)
     text += fmt::format("stimulus {} {} \"{}\"\n", stimulus.name,

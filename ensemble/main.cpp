@@ -84,6 +84,13 @@ int main(int argc, char** argv) {
   plan->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
   plan->callback([&] { chosen = [&] { return command_plan(options); }; });
 
+  CLI::App* study = app.add_subcommand(
+      "study", "error against run time of a scene's settings, or its stability at the extremes");
+  add_campaign_options(*study, options, true);
+  study->add_option("--store", options.store, "HDF5 file, instead of the study file's");
+  study->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
+  study->callback([&] { chosen = [&] { return command_study(options); }; });
+
   CLI::App* status =
       app.add_subcommand("status", "counts, hearts per hour, time to the end, reasons of failure");
   status->add_option("STORE", store, "HDF5 file")->required();

@@ -54,6 +54,8 @@ const std::vector<StructureKey>& structure_keys() {
       {"electrophysiology", "map", "defaults", "cells, conduction and activation"},
       {"electrophysiology.activation", "`automatic`, `monodomain`, `bidomain`, `reaction_eikonal`, `eikonal`",
        "`automatic`", "what activates the tissue"},
+      {"electrophysiology.splitting", "`strang`, `godunov`", "`strang`",
+       "of diffusion and reaction in a step; `godunov` is of first order, for comparisons"},
       {"electrophysiology.cell_model", "word", "`mitchell_schaeffer`", "of every region that names no other"},
       {"electrophysiology.regions", "map of NAME: map", "none",
        "what single regions have of their own: `cell_model` and any number that stands right below "

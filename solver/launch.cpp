@@ -18,6 +18,11 @@ void Launcher::enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRa
     device_.profiling_queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local, nullptr,
                                                    &event);
     events_.emplace_back(handle.entry, event);
+    constexpr std::size_t most_events = 1 << 14;  // each holds some of the host's memory
+    if (events_.size() == most_events) {
+      queue().finish();
+      collect();
+    }
   } else {
     device_.queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local);
   }
@@ -29,10 +34,16 @@ std::size_t Launcher::group_of_few() const {
 }
 
 void Launcher::profile(bool on) {
+  on = on || every_;
   if (on == profiling_) return;
   queue().finish();
   if (profiling_) collect();
   profiling_ = on;
+}
+
+void Launcher::time_every_launch(bool on) {
+  every_ = on;
+  profile(on);
 }
 
 void Launcher::collect() {

@@ -59,6 +59,8 @@ class Launcher {
 
   /// While on, launches go to the profiling queue and are timed. Waits for what is enqueued.
   void profile(bool on);
+  /// While on, every launch is timed, whatever profile() asks for: for studies of run time.
+  void time_every_launch(bool on);
   /// The queue launches go to now.
   cl::CommandQueue& queue() { return profiling_ ? device_.profiling_queue() : device_.queue(); }
 
@@ -99,7 +101,7 @@ class Launcher {
 
   Device& device_;
   Precision precision_;
-  bool profiling_ = false;
+  bool profiling_ = false, every_ = false;
   std::vector<Entry> entries_;
   std::vector<std::pair<std::size_t, cl::Event>> events_;
 };

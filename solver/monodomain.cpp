@@ -279,7 +279,8 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
 }
 
 void Monodomain::advance(const Tissue& tissue, const cl::Buffer& parameters, double time_ms, bool first) {
-  const double dt_diffusion = (first ? 0.5 : 1.0) * dt_ms_ / substeps_;
+  const bool opens = first && scene_.splitting == Splitting::strang;
+  const double dt_diffusion = (opens ? 0.5 : 1.0) * dt_ms_ / substeps_;
   const cl::Buffer* before = &potential_[current_];
   if (substeps_ > 1 && activation_fields(scene_) > 0) {
     launcher_.queue().enqueueCopyBuffer(potential_[current_], before_, 0, 0,
@@ -343,6 +344,7 @@ void Monodomain::diffuse(const Tissue& tissue, const cl::Buffer& from, const cl:
 }
 
 const cl::Buffer& Monodomain::closed_potential(const Tissue& tissue) {
+  if (scene_.splitting == Splitting::godunov) return potential();
   const cl::Buffer* from = &potential_[current_];
   const cl::Buffer* to = &potential_[1 - current_];  // free until the next step
   const int steps = std::max(substeps_ / 2, 1);

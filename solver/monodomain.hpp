@@ -54,6 +54,8 @@ class Monodomain {
   /// (stride) 1/ms, what stretch-activated channels add (kernels/monodomain.cl); 0 after assemble().
   const cl::Buffer& stretch_rate() const { return stretch_rate_; }
   double dt_ms() const { return dt_ms_; }
+  /// Diffusion that is still to be done where a step ends.
+  double open_ms() const { return scene_.splitting == Splitting::strang ? 0.5 * dt_ms_ : 0; }
   /// The same mask and the stimuli's numbers (members, stimuli, stimulus_numbers) on the device.
   const cl::Buffer& stimulated_by_mask() const { return stimulated_by_; }
   const cl::Buffer& stimuli() const { return stimuli_buffer_; }

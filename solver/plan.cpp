@@ -270,6 +270,10 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   if (scene.activation_method == ActivationMethod::eikonal)
     if (const std::string why = projection_refusal(scene, base, members); !why.empty())
       throw std::invalid_argument("electrophysiology." + why);
+  if (bidomain && scene.splitting == Splitting::godunov)
+    throw std::invalid_argument(
+        "electrophysiology.splitting: godunov is for the monodomain equation; the bidomain equations have "
+        "strang");
   if (scene.conduction_system && (scene.activation_method == ActivationMethod::monodomain || bidomain))
     throw std::invalid_argument(
         "electrophysiology.conduction_system: its fast layer and delay act through arrival times, which the "

@@ -62,7 +62,7 @@ void Recorder::sample(const Tissue& tissue, Monodomain& monodomain, const cl::Bu
   launcher_(record_blocks_, cl::NDRange(gpu ? blocks * group : blocks), cl::NDRange(gpu ? group : 1), bytes,
             potential, monodomain.stencil(), tissue.inverse_capacity, tissue.neighbours,
             weights != nullptr ? *weights : monodomain.potential(), partial_, tissue.stride, tissue.blocks,
-            Real{substeps || closed != nullptr ? 0.0 : 0.5 * monodomain.dt_ms()});
+            Real{substeps || closed != nullptr ? 0.0 : monodomain.open_ms()});
   const auto rows = static_cast<std::size_t>(members_ * (weighted_ + 1));
   launcher_(record_totals_, cl::NDRange(gpu ? rows * group : rows), cl::NDRange(gpu ? group : 1),
             static_cast<double>(blocks) * (weighted_ + 1) * real, partial_, first_block_, series_[half_],

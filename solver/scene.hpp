@@ -19,6 +19,10 @@ enum class Precision { single_, double_ };
 /// that trigger the cell model (reaction_eikonal), or that shift a template of its action potential, without
 /// a time loop (eikonal). automatic: chosen by the plan.
 enum class ActivationMethod { automatic, monodomain, bidomain, reaction_eikonal, eikonal };
+/// How a step of the monodomain equation joins diffusion and reaction: half a step of diffusion, reaction, half
+/// a step of diffusion (Strang 1968, second order; neighbouring halves are one launch), or one after the other
+/// (Godunov, first order, for comparisons).
+enum class Splitting { strang, godunov };
 /// As configuration files and plans write it.
 std::string method_name(ActivationMethod method);
 
@@ -154,6 +158,7 @@ struct Scene {
       region_cell_models;  ///< by name of a region: the model that it has instead
   Heterogeneity heterogeneity;
   ActivationMethod activation_method = ActivationMethod::automatic;
+  Splitting splitting = Splitting::strang;
   std::vector<Stimulus> stimuli;
   std::optional<ConductionSystem> conduction_system;  ///< geometry `heart` only
   bool stretch_activated = false;  ///< a current of stretched cells: electrophysiology.stretch_activated.*

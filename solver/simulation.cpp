@@ -72,6 +72,10 @@ void Simulation::observe(Observer observer) {
                                  sampling_interval_ms(state_->scene));
 }
 
+void Simulation::time_every_launch(bool on) {
+  state_->launcher.time_every_launch(on);
+}
+
 std::vector<KernelPerformance> Simulation::performance() const {
   return state_->launcher.performance();
 }

@@ -120,6 +120,10 @@ class Simulation {
   /// same.
   void observe(Observer observer);
 
+  /// While on, every launch is timed on the device; performance() is then no estimate. Turn it off before
+  /// performance() is asked for.
+  void time_every_launch(bool on);
+
   std::vector<KernelPerformance> performance() const;
   double simulated_ms() const;  ///< summed over members
   double cell_updates() const;  ///< tissue cells x steps, summed over members

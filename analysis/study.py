@@ -1,0 +1,139 @@
+"""Error against run time: draws what `cohort study` has written for a study of kind work_precision.
+
+    /usr/bin/python3 -m analysis.study study_circulation.h5               # study_circulation.png
+    /usr/bin/python3 -m analysis.study study_circulation.h5 -o picture.svg
+
+In the file a group for each scene ("000", ...; attribute scene) with R settings, M measures, N members, K repeats:
+    settings/label, set, outcome (R) text; default (R) 1 where it is the scene's own; roof_s (R)
+    settings/device_s, wall_s (R, K) s: of the device's kernels, and by the host's clock, for one member
+    measures/name, unit (M) text; rms, largest, front (M, R); error (M, R, N)
+Attributes: study, base, reference, program, device, triad_GB_per_s.
+"""
+
+import argparse
+import pathlib
+from dataclasses import dataclass
+
+import h5py
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+FRONT, OTHER, OWN, ROOF = "#0b5394", "#888888", "#cc4125", "#bbbbbb"
+WORD_LIMIT = 60
+
+
+@dataclass
+class Study:
+    scene: str
+    labels: list
+    outcomes: list
+    default: numpy.ndarray  # (R) bool
+    device_s: numpy.ndarray  # (R, K)
+    roof_s: numpy.ndarray  # (R)
+    measures: list  # (M) of (name, unit)
+    rms: numpy.ndarray  # (M, R)
+    front: numpy.ndarray  # (M, R) bool
+    reference: str
+    device: str
+    triad_GB_per_s: float
+
+
+def read(path):
+    """Its scenes, a Study each."""
+    with h5py.File(path, "r") as file:
+        if file.attrs.get("kind") != "work_precision":
+            raise SystemExit(f"{path} is not of a study of kind work_precision")
+        return [read_scene(file, file[name]) for name in sorted(file)]
+
+
+def read_scene(file, group):
+    def texts(name):
+        return [text.decode() for text in group[name][:]]
+
+    return Study(
+        scene=group.attrs["scene"], labels=shortened(texts("settings/label")), outcomes=texts("settings/outcome"),
+        default=group["settings/default"][:] > 0, device_s=group["settings/device_s"][:], roof_s=group["settings/roof_s"][:],
+        measures=list(zip(texts("measures/name"), texts("measures/unit"))), rms=group["measures/rms"][:],
+        front=group["measures/front"][:] > 0, reference=file.attrs["reference"], device=file.attrs["device"],
+        triad_GB_per_s=file.attrs["triad_GB_per_s"])
+
+
+def shortened(labels):
+    """Without the words that all of them begin with."""
+    words = [label.split() for label in labels if label != "default"]
+    same = 0
+    while words and all(len(own) > same + 1 and own[same] == words[0][same] for own in words):
+        same += 1
+    return [label if label == "default" else " ".join(label.split()[same:]) for label in labels]
+
+
+def label_offsets(x, y):
+    """Points to the right and above each point; below it where another point is too near."""
+    offsets = []
+    for i in range(len(x)):
+        near = [j for j in range(i) if abs(x[j] - x[i]) < 0.25 and abs(y[j] - y[i]) < 0.12]
+        offsets.append((5, 3 if len(near) % 2 == 0 else -8))
+    return offsets
+
+
+def draw_measure(axes, study, m):
+    """One measure: settings by median device time and rms error, the front joined, the roof to the left of each."""
+    name, unit = study.measures[m]
+    time, error = numpy.nanmedian(study.device_s, axis=1), study.rms[m]
+    shown = numpy.isfinite(error) & (error > 0) & (time > 0)
+    if not shown.any():
+        axes.text(0.5, 0.5, "no error above zero", ha="center", transform=axes.transAxes)
+    places = numpy.flatnonzero(shown)
+    for i, offset in zip(places, label_offsets(numpy.log10(time[places]), numpy.log10(error[places]))):
+        colour = OWN if study.default[i] else FRONT if study.front[m][i] else OTHER
+        low, high = numpy.nanmin(study.device_s[i]), numpy.nanmax(study.device_s[i])
+        if study.roof_s[i] > 0:
+            axes.plot([study.roof_s[i], time[i]], [error[i]] * 2, color=ROOF, linewidth=0.6, zorder=1)
+            axes.plot(study.roof_s[i], error[i], "|", color=ROOF, markersize=7, zorder=1)
+        axes.plot([low, high], [error[i]] * 2, color=colour, linewidth=2.5, alpha=0.5, solid_capstyle="butt", zorder=2)
+        axes.plot(time[i], error[i], "D" if study.default[i] else "o", color=colour, markersize=5, zorder=3,
+                  markerfacecolor=colour if study.front[m][i] or study.default[i] else "white")
+        axes.annotate(study.labels[i], (time[i], error[i]), xytext=offset, textcoords="offset points", fontsize=6.5, color=colour)
+    front = numpy.flatnonzero(study.front[m] & shown)
+    front = front[numpy.argsort(time[front])]
+    axes.plot(time[front], error[front], color=FRONT, linewidth=0.8, zorder=2)
+    axes.set(xscale="log", yscale="log", xlabel="device time of a member (s)", ylabel=f"error of {name} ({unit}, rms)", title=study.scene)
+    axes.margins(x=0.25, y=0.12)
+    axes.grid(which="major", color="#e4e4e4", linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def draw(scenes, title):
+    panels = [(study, m) for study in scenes for m in range(len(study.measures))]
+    columns = min(3, len(panels)) if len(scenes) == 1 else len(scenes[0].measures)
+    rows = -(-len(panels) // columns)
+    figure, all_axes = plt.subplots(rows, columns, figsize=(5.2 * columns, 4 * rows + 0.6), squeeze=False, layout="constrained")
+    for axes in all_axes.flat[len(panels):]:
+        axes.set_visible(False)
+    for axes, (study, m) in zip(all_axes.flat, panels):
+        draw_measure(axes, study, m)
+    study = scenes[0]
+    failed = [f"{study.scene} {label}: {outcome}" for study in scenes for label, outcome in zip(study.labels, study.outcomes) if outcome]
+    against = study.reference if len(study.reference) < WORD_LIMIT else study.reference[:WORD_LIMIT] + " ..."
+    lines = [f"{title} on {study.device} (triad {study.triad_GB_per_s:.0f} GB/s), against {against}",
+             "filled: Pareto front; diamond: default; bar: least to most of the repeats; tick to the left: least traffic at the triad"]
+    figure.suptitle("\n".join(lines + failed[:3]), fontsize=8.5)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="/usr/bin/python3 -m analysis.study", description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=pathlib.Path)
+    parser.add_argument("-o", "--output", type=pathlib.Path, help="default: the file's name with .png")
+    options = parser.parse_args()
+    figure = draw(read(options.file), options.file.stem)
+    figure.savefig(options.output or options.file.with_suffix(".png"), dpi=130)
+
+
+if __name__ == "__main__":
+    main()

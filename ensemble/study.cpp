@@ -1,0 +1,88 @@
+#include "ensemble/study.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+
+#include <filesystem>
+
+#include "ensemble/config.hpp"
+#include "ensemble/read_values.hpp"
+
+namespace cohort {
+
+std::string flow_text(const Node& node) {
+  std::vector<std::string> parts;
+  switch (node.kind) {
+    case Node::Kind::null:
+      return "null";
+    case Node::Kind::scalar:
+      return node.quoted ? '"' + node.text + '"' : node.text;
+    case Node::Kind::sequence:
+      for (const Node& item : node.items) parts.push_back(flow_text(item));
+      return fmt::format("[{}]", fmt::join(parts, ", "));
+    case Node::Kind::map:
+      for (const Node::Entry& entry : node.entries)
+        parts.push_back(fmt::format("{}: {}", entry.key, flow_text(entry.value)));
+      return fmt::format("{{{}}}", fmt::join(parts, ", "));
+  }
+  return {};
+}
+
+std::vector<std::string> settings(const Node& map) {
+  std::vector<std::string> result;
+  for (const Node::Entry& entry : map.entries) result.push_back(entry.key + "=" + flow_text(entry.value));
+  return result;
+}
+
+Study read_study(const std::string& file, const std::vector<std::string>& overrides, Mistakes& mistakes) {
+  Study study;
+  study.file = file;
+  study.root = parse_document(read_campaign_file(file), file, mistakes);
+  Node& root = study.root;
+  if (root.kind != Node::Kind::map) {
+    if (mistakes.empty())
+      mistakes.add({file, 1, 1}, "a study is a map of keys (kind, base, ...), " + found(root));
+    return study;
+  }
+  name_levels(root, "");
+  if (Node* kind = take(root, "kind"))
+    study.kind = read_word<Study::Kind>(
+        *kind, {{"work_precision", Study::Kind::work_precision}, {"stability", Study::Kind::stability}},
+        Study::Kind::work_precision, mistakes);
+  else
+    mistakes.add(root.place, "\"kind\" is missing: work_precision or stability");
+  if (Node* base = take(root, "base")) {
+    if (const auto name = read_text(*base, "base", mistakes)) {
+      study.base = (std::filesystem::path(file).parent_path() / *name).lexically_normal().string();
+      try {
+        study.base_text = read_campaign_file(study.base);
+      } catch (const ConfigError& error) {
+        mistakes.add(base->place, error.what());
+      }
+    }
+  } else {
+    mistakes.add(root.place, "\"base\" is missing: the campaign file that is studied");
+  }
+  if (Node* set = take_map(root, "set", mistakes)) {
+    study.overrides = settings(*set);
+    set->read = true;
+  }
+  study.overrides.insert(study.overrides.end(), overrides.begin(), overrides.end());
+  study.store = std::filesystem::path(file).stem().string() + ".h5";
+  if (Node* store = take(root, "store")) study.store = read_text(*store, "store", mistakes).value_or("");
+  return study;
+}
+
+Campaign campaign_of(const Study& study, const std::vector<std::string>& more, const std::string& what) {
+  std::vector<std::string> overrides = study.overrides;
+  overrides.insert(overrides.end(), more.begin(), more.end());
+  try {
+    return parse_campaign(study.base_text, study.base, overrides);
+  } catch (const ConfigError& error) {
+    std::vector<std::string> lines;
+    for (const std::string& mistake : error.mistakes()) lines.push_back(fmt::format("{}: {}", what, mistake));
+    throw ConfigError(std::move(lines));
+  }
+}
+
+}  // namespace cohort

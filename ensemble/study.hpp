@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "ensemble/campaign.hpp"
+#include "ensemble/document.hpp"
+
+namespace cohort {
+
+/// The head of a study file: which study, of which campaign file, with what set in it.
+struct Study {
+  enum class Kind { work_precision, stability };
+  Kind kind = Kind::work_precision;
+  std::string file;                    ///< of the study
+  std::string base, base_text;         ///< the campaign file and its contents
+  std::vector<std::string> overrides;  ///< "key=value": those of `set`, behind them those of the command line
+  std::string store;                   ///< path of the HDF5 file
+  Node root;                           ///< the whole file; what belongs to the kind has not been read yet
+};
+
+/// Reads the keys kind, base, set and store, and leaves the others to the kind, which ends with check_keys.
+/// Adds to `mistakes`; complete only where there are none.
+Study read_study(const std::string& file, const std::vector<std::string>& overrides, Mistakes& mistakes);
+
+/// "key=value" of every entry of a map of settings, in its order, values as YAML in one line.
+std::vector<std::string> settings(const Node& map);
+
+/// A node as YAML in one line.
+std::string flow_text(const Node& node);
+
+/// The campaign of the study's base with `more` set behind its own overrides. Throws ConfigError, each line
+/// with `what` in front.
+Campaign campaign_of(const Study& study, const std::vector<std::string>& more, const std::string& what);
+
+}  // namespace cohort

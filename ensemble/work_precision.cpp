@@ -1,0 +1,68 @@
+#include "ensemble/work_precision.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "ensemble/choose_device.hpp"
+#include "ensemble/draw.hpp"
+#include "ensemble/guarded.hpp"
+#include "ensemble/interrupt.hpp"
+#include "ensemble/work_precision_store.hpp"
+
+namespace cohort {
+
+namespace {
+
+void write_text(const std::string& path, const std::string& text) {
+  std::ofstream stream(path);
+  stream << text;
+  stream.close();
+  if (!stream) throw std::runtime_error(path + ": cannot be written");
+}
+
+WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisionDesign& design,
+                          const Setting& scene) {
+  WorkPrecision result;
+  result.scene = scene.label;
+  result.design = design;
+  result.device = device.info().name;
+  result.triad_GB_per_s = device.triad_GB_per_s();
+  run_settings(device, study_of(study, scene), design, result.reference, result.runs);
+  result.errors = measure_errors(design.measures, result.runs, design.reference ? &result.reference : nullptr,
+                                 design.known);
+  result.orders = observed_orders(design, result.errors);
+  result.rounding = rounding_shares(design, result.runs, result.errors);
+  return result;
+}
+
+}  // namespace
+
+ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
+  const WorkPrecisionDesign design = read_work_precision(study);
+  const std::filesystem::path store = study.store;
+  if (!store.parent_path().empty() && !std::filesystem::exists(store.parent_path()))
+    throw std::runtime_error(
+        fmt::format("{}: folder {} does not exist", study.store, store.parent_path().string()));
+  share_cores({});
+  Device device(choose_device(options.device, {}));
+  catch_interrupts();
+  return guarded(ExitCode::interrupted, [&] {
+    std::vector<WorkPrecision> scenes;
+    for (const Setting& scene : design.scenes) scenes.push_back(study_scene(device, study, design, scene));
+    write_study(study.store, study, scenes);
+    const std::string csv = std::filesystem::path(store).replace_extension(".csv").string();
+    write_text(csv, study_csv(scenes));
+    for (const WorkPrecision& scene : scenes) fmt::print("{}", study_report(scene));
+    std::fflush(stdout);
+    const std::string picture = std::filesystem::path(store).replace_extension(".png").string();
+    const bool drawn = draw("study", {study.store, "-o", picture});
+    spdlog::info("{}, {}{}", study.store, csv, drawn ? ", " + picture : "");
+    return ExitCode::done;
+  });
+}
+
+}  // namespace cohort
