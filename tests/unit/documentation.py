@@ -91,7 +91,7 @@ class Documentation(unittest.TestCase):
         if command in ("run", "plan"):
             self.assertEqual(len(configs), 1)
             overrides = [part for i, word in enumerate(arguments) if word == "--set" for part in (word, arguments[i + 1])]
-            result = cohort("plan", *configs, *overrides, *coarse(configs[0]))
+            result = cohort("plan", "--quick", *configs, *overrides, *coarse(configs[0]))
             self.assertEqual(result.returncode, 0, result.stderr)
         if command == "parameters":
             self.assertEqual(cohort(command, *arguments).returncode, 0)
