@@ -1,7 +1,8 @@
 """The store of a campaign: the only place in Python that knows the paths inside the HDF5 file.
 
 The row index is the member's id everywhere: N members, P parameters, L leads, T samples, F features. Values that have not
-been written are NaN. Pressure and volume have C compartments (chambers and arteries), displacement D points.
+been written are NaN. Pressure and volume have C compartments (chambers and arteries), displacement D points. K members are
+checked: run again at half the spacing and the step, which tells the error of each feature.
 """
 
 import dataclasses
@@ -49,6 +50,35 @@ class Performance:
     cell_updates: float
     wall_s: float
     kernels: list  # of Kernel, longest first
+
+
+@dataclasses.dataclass(frozen=True)
+class Checks:
+    """The members that were run again at half the spacing and the step; a row is a check."""
+
+    member: numpy.ndarray  # (K) whose check it is, ascending
+    status: numpy.ndarray  # (K) u1, values of Status
+    features: numpy.ndarray  # (K, F) f4
+    columns: dict  # name: (K), as Store.column
+
+    def column(self, name):
+        return self.columns[name]
+
+
+@dataclasses.dataclass(frozen=True)
+class FeatureError:
+    """Errors of one feature, over the members for which they were measured; left_out_rms: how far the model tells a check from
+    the others, left_out_rms_constant: their mean likewise."""
+
+    feature: str
+    unit: str
+    checks: int
+    mean: float
+    rms: float
+    largest: float  # of their sizes
+    left_out_rms: float
+    left_out_rms_constant: float
+    model: str  # none, constant or linear in the unit parameters
 
 
 class Store:
@@ -145,8 +175,9 @@ class Store:
 
     @property
     def finished(self):
-        """Whether all members have ended."""
-        return bool((self._status >= Status.DONE).all())
+        """Whether all members have ended, and all checks."""
+        checks = self._file["checks/status"][:] if "checks" in self._file else self._status[:0]
+        return bool((self._status >= Status.DONE).all() and (checks >= Status.DONE).all())
 
     @property
     def columns(self):
@@ -155,8 +186,7 @@ class Store:
 
     def column(self, name):
         """(N) of one of `columns`: reason, attempts, rank, wall_s, dt_ms, crc32, ...; text as str. KeyError where there is none."""
-        values = self._file["members"][name][:]
-        return numpy.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
+        return _column(self._file["members"][name])
 
     # What was sampled
 
@@ -260,6 +290,43 @@ class Store:
         """(N) f4 of one feature; ValueError where there is none of that name."""
         return self._file["features"][:, self.feature_names.index(name)]
 
+    # Errors
+
+    @property
+    def checks(self):
+        """Checks, or None where the campaign has none."""
+        if "checks" not in self._file:
+            return None
+        group = self._file["checks"]
+        return Checks(group["member"][:], group["status"][:], group["features"][:],
+                      {name: _column(dataset) for name, dataset in group["members"].items()})
+
+    @property
+    def errors(self):
+        """F FeatureError once all members and checks have ended; else none."""
+        if "errors" not in self._file or self._file["errors/state"][0] != 1:
+            return []
+        group = self._file["errors"]
+        numbers = zip(*(group[name][:] for name in ("checks", "mean", "rms", "largest", "left_out_rms", "left_out_rms_constant")))
+        models = [group["model"].attrs["legend"][kind] for kind in group["model"][:]]
+        return [FeatureError(feature, unit, int(checks), *map(float, rest), model)
+                for feature, unit, (checks, *rest), model in zip(group.attrs["names"], group.attrs["units"], numbers, models)]
+
+    @property
+    def error_estimate(self):
+        """(N, F) f4, signed errors of the features from spacing and step: a feature less its error is what a fine grid would tell.
+        Measured for members that were checked (`error_measured`), modelled over the parameters for the others; `errors` tells
+        how well. NaN until all members and checks have ended, for members that are not done, and where too few were checked."""
+        # A store of before checks has a number of each member there, which was never written.
+        if not self.errors:
+            return numpy.full(self._file["features"].shape, numpy.nan, numpy.float32)
+        return self._file["members/error_estimate"][:]
+
+    @property
+    def error_measured(self):
+        """(N) bool: members whose errors were measured."""
+        return self._file["members/error_measured"][:] == 1 if self.errors else numpy.zeros(self.members, bool)
+
     # A study of stability
 
     @property
@@ -284,6 +351,11 @@ class Store:
         """Performance of each process that has ended, in the order of their slots in the file."""
         group = self._file["performance"]
         return [_performance(group, slot) for slot, wall_s in enumerate(group["wall_s"][:]) if wall_s > 0]
+
+
+def _column(dataset):
+    values = dataset[:]
+    return numpy.char.decode(values, "utf-8") if values.dtype.kind == "S" else values
 
 
 def _performance(group, slot):

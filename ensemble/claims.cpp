@@ -58,7 +58,7 @@ bool locks_exclude(int file, const std::filesystem::path& path) {
 
 }  // namespace
 
-Claims::Claims(const std::filesystem::path& store) {
+Claims::Claims(const std::filesystem::path& store, std::int64_t first) : first_(first) {
   path_ = store.string() + ".claims";
   file_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0)
@@ -83,24 +83,24 @@ void Claims::unlock(std::int64_t byte) {
 }
 
 bool Claims::try_claim(std::int64_t member) {
-  return lock(member);
+  return lock(first_ + member);
 }
 void Claims::release(std::int64_t member) {
-  unlock(member);
+  unlock(first_ + member);
 }
 bool Claims::is_claimed_elsewhere(std::int64_t member) const {
-  return locked_elsewhere(file_, member);
+  return locked_elsewhere(file_, first_ + member);
 }
 
 int Claims::kills(std::int64_t member) const {
   std::uint8_t count = 0;  // also beyond the end of the file
-  while (pread(file_, &count, 1, member) < 0 && errno == EINTR) {
+  while (pread(file_, &count, 1, first_ + member) < 0 && errno == EINTR) {
   }
   return count;
 }
 void Claims::count_kill(std::int64_t member) noexcept {
   const auto count = static_cast<std::uint8_t>(std::min(kills(member) + 1, 255));
-  while (pwrite(file_, &count, 1, member) < 0 && errno == EINTR) {
+  while (pwrite(file_, &count, 1, first_ + member) < 0 && errno == EINTR) {
   }
 }
 void Claims::forget_kills() noexcept {

@@ -11,9 +11,9 @@ namespace cohort {
 /// killed with it. It must not be removed while a process works on the store.
 class Claims {
  public:
-  /// Opens or creates the side file of `store`. Throws std::runtime_error naming the file where it cannot be
-  /// written.
-  explicit Claims(const std::filesystem::path& store);
+  /// Opens or creates the side file of `store`. Member i is its byte `first` + i: checks come after the
+  /// members. Throws std::runtime_error naming the file where it cannot be written.
+  explicit Claims(const std::filesystem::path& store, std::int64_t first = 0);
   ~Claims();
   Claims(const Claims&) = delete;
   Claims& operator=(const Claims&) = delete;
@@ -34,7 +34,7 @@ class Claims {
   int kills(std::int64_t member) const;
   /// Adds one; by the holder of the member. A disk that refuses it costs a count, no more.
   void count_kill(std::int64_t member) noexcept;
-  /// Of all members: the store is a new one.
+  /// Of all members and checks: the store is a new one.
   void forget_kills() noexcept;
 
   /// Takes one of `slots` rows of /performance, starting at `preferred`; -1 where all are taken.
@@ -54,6 +54,7 @@ class Claims {
   void unlock(std::int64_t byte);
 
   std::filesystem::path path_;
+  std::int64_t first_ = 0;
   int file_ = -1;
   bool work_ = false;
 };

@@ -7,8 +7,9 @@
 
 namespace cohort {
 
-/// Datasets of the store, in the order in which they stand in the file. `parameters` to `crc32` have a row
-/// for each member, those after it a row for each performance slot.
+/// Datasets of the store, in the order in which they stand in the file. `parameters` to `error_measured` have
+/// a row for each member, `error_mean` to `error_model` one for each feature, those from `kernels` on one for
+/// each performance slot. The group /checks holds the first of these too, a row for each check.
 enum class Column {
   parameters,
   unit_parameters,
@@ -28,13 +29,24 @@ enum class Column {
   dt_ms,
   dx_mm,
   step_factor,
-  error_estimate,
   crc32,
   ecg,
   pv_pressure,
   pv_volume,
   displacement,
   features,
+  member_of_check,
+  error_estimate,
+  error_measured,
+  error_checks,
+  error_mean,
+  error_rms,
+  error_largest,
+  error_left_out,
+  error_left_out_constant,
+  error_model,
+  error_state,
+  error_crc32,
   time_ecg_ms,
   time_pv_ms,
   time_displacement_ms,
@@ -85,13 +97,24 @@ inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/members/dt_ms", ElementType::f8, 0, false, "ms"},
     {"/members/dx_mm", ElementType::f8, 0, false, "mm"},
     {"/members/step_factor", ElementType::f8, 0, false, nullptr},
-    {"/members/error_estimate", ElementType::f8, 0, false, nullptr},
     {"/members/crc32", ElementType::u4, 0, false, nullptr},
     {"/ecg", ElementType::f4, 0, false, "mV"},
     {"/pv/pressure", ElementType::f4, 0, false, "mmHg"},
     {"/pv/volume", ElementType::f4, 0, false, "mL"},
     {"/displacement", ElementType::f4, 0, false, "mm"},
     {"/features", ElementType::f4, 0, false, nullptr},
+    {"/member", ElementType::i8, 0, false, nullptr},
+    {"/members/error_estimate", ElementType::f4, 0, false, nullptr},
+    {"/members/error_measured", ElementType::u1, 0, false, nullptr},
+    {"/errors/checks", ElementType::i4, 0, false, nullptr},
+    {"/errors/mean", ElementType::f8, 0, false, nullptr},
+    {"/errors/rms", ElementType::f8, 0, false, nullptr},
+    {"/errors/largest", ElementType::f8, 0, false, nullptr},
+    {"/errors/left_out_rms", ElementType::f8, 0, false, nullptr},
+    {"/errors/left_out_rms_constant", ElementType::f8, 0, false, nullptr},
+    {"/errors/model", ElementType::u1, 0, false, nullptr},
+    {"/errors/state", ElementType::u1, 0, false, nullptr},
+    {"/errors/crc32", ElementType::u4, 0, false, nullptr},
     {"/time/ecg_ms", ElementType::f8, 0, false, "ms"},
     {"/time/pv_ms", ElementType::f8, 0, false, "ms"},
     {"/time/displacement_ms", ElementType::f8, 0, false, "ms"},
@@ -137,9 +160,16 @@ constexpr bool is_series(Column column) {
          (column >= Column::time_ecg_ms && column <= Column::time_displacement_ms);
 }
 
-/// What only some stores hold: series, and what a study adds.
+/// What tells the errors of a campaign with checks.
+constexpr bool is_of_errors(Column column) {
+  return column >= Column::error_estimate && column <= Column::error_crc32;
+}
+
+/// Datasets that a file has only where they have rows: series, errors, what a study adds, and those that
+/// belong to the checks or to the members alone.
 constexpr bool is_optional(Column column) {
-  return is_series(column) || (column >= Column::study_group && column <= Column::study_outcome);
+  return is_series(column) || is_of_errors(column) || column == Column::member_of_check ||
+         (column >= Column::study_group && column <= Column::study_outcome) || column >= Column::kernels;
 }
 
 /// Shape of a dataset under a schema, rows first. What is optional and not there has no rows and is left out

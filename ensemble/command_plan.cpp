@@ -7,11 +7,13 @@
 #include <set>
 #include <stdexcept>
 
+#include "ensemble/choose_checks.hpp"
 #include "ensemble/choose_device.hpp"
 #include "ensemble/commands.hpp"
 #include "ensemble/config.hpp"
 #include "ensemble/members.hpp"
 #include "ensemble/plan_campaign.hpp"
+#include "ensemble/run_checks.hpp"
 #include "ensemble/table.hpp"
 #include "solver/circulation.hpp"
 #include "solver/pv_output.hpp"
@@ -48,6 +50,27 @@ std::string module_table(const Plan& plan, const Trial& trial) {
     table.add({module.name, module.runs ? "yes" : "left out", module.runs ? human_bytes(module.bytes) : "-",
                module.reason, fmt::format("{}", fmt::join(kernels[module.name], " "))});
   return table.text();
+}
+
+/// What the checks take, from a plan of theirs; empty without any.
+std::string check_line(Device& device, const Campaign& campaign, const Samples& samples,
+                       std::span<const Member> all, double members_s) {
+  const auto checked = choose_checks(samples, campaign.members, check_count(campaign));
+  if (checked.empty() || layout(campaign.scene).features.empty()) return {};
+  const std::string count = fmt::format("{} member{} again at half the spacing and the step", checked.size(),
+                                        checked.size() == 1 ? "" : "s");
+  const FineCampaign fine = fine_campaign(campaign.scene, all);
+  PlanOptions options = plan_options(campaign);
+  options.members_per_device = 0;
+  try {
+    const Plan plan = make_plan(device, fine.scene, fine.members, options);
+    const double each_s = try_out(device, fine.scene, plan, fine.members).seconds_per_member;
+    const double seconds = each_s * static_cast<double>(checked.size());
+    return fmt::format("{}, {} each: {} ({:.0f} % more), {}", count, human_seconds(each_s),
+                       human_seconds(seconds), 100 * seconds / members_s, human_bytes(plan.bytes));
+  } catch (const std::exception& error) {
+    return fmt::format("{}: will fail, {}", count, error.what());
+  }
 }
 
 std::string largest_buffers(const Trial& trial) {
@@ -109,9 +132,9 @@ void add_trial(TextTable& sizes, const Plan& plan, const Trial& trial, const Cam
                                        trial.first_batch_s))});
 }
 
-// trial: null where there was none.
+// trial: null where there was none; checks: what they take, or empty.
 std::string size_table(const Plan& plan, const Trial* tried, const Campaign& campaign,
-                       const DeviceInfo& device) {
+                       const DeviceInfo& device, const std::string& checks) {
   const ParameterTable& table = campaign.scene.parameters;
   const auto setting = [&](const char* path) { return table[table.index(path)].value; };
   TextTable sizes({Align::left, Align::left});
@@ -126,6 +149,7 @@ std::string size_table(const Plan& plan, const Trial* tried, const Campaign& cam
   sizes.add({"memory", fmt::format("{} for {} member{} at a time", human_bytes(plan.bytes),
                                    plan.members_per_device, plan.members_per_device == 1 ? "" : "s")});
   if (tried) add_trial(sizes, plan, *tried, campaign);
+  if (!checks.empty()) sizes.add({"checks", checks});
   sizes.add({"sampled", fmt::format("{} of {} parameters", sample(campaign).paths.size(), table.size())});
   return sizes.text();
 }
@@ -139,8 +163,10 @@ ExitCode command_plan(const CampaignOptions& options) {
   Plan plan;
   Trial trial;
   bool tried = false;
+  const Samples samples = sample(campaign);
+  const std::vector<Member> all = members(campaign, samples);
+  std::string checks;
   told_in_place(campaign, [&] {
-    const std::vector<Member> all = members(campaign);
     plan = plan_campaign(device, campaign, all);
     if (options.quick) return;
     try {
@@ -149,9 +175,11 @@ ExitCode command_plan(const CampaignOptions& options) {
     } catch (const std::runtime_error& error) {
       spdlog::warn("the first steps could not be run: {}", error.what());
     }
+    checks = check_line(device, campaign, samples, all,
+                        trial.seconds_per_member * static_cast<double>(campaign.members));
   });
   fmt::print("{}\n{}\n", module_table(plan, trial),
-             size_table(plan, tried ? &trial : nullptr, campaign, device.info()));
+             size_table(plan, tried ? &trial : nullptr, campaign, device.info(), checks));
   for (const std::string& line : campaign.accuracy_lines) fmt::print("{}\n", line);
   for (const std::string& line : conduction_lines(plan)) fmt::print("{}\n", line);
   return ExitCode::done;

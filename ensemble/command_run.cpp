@@ -12,12 +12,14 @@
 #include "ensemble/claims.hpp"
 #include "ensemble/commands.hpp"
 #include "ensemble/config.hpp"
+#include "ensemble/error_estimate.hpp"
 #include "ensemble/guarded.hpp"
 #include "ensemble/interrupt.hpp"
 #include "ensemble/performance_report.hpp"
 #include "ensemble/plan_campaign.hpp"
 #include "ensemble/progress.hpp"
 #include "ensemble/ranks.hpp"
+#include "ensemble/run_checks.hpp"
 #include "ensemble/status.hpp"
 #include "ensemble/table.hpp"
 #include "ensemble/worker.hpp"
@@ -120,10 +122,10 @@ RunTotals add_up(const Ranks& ranks, const ProcessPerformance& performance, std:
 struct RunningCampaign {
   const Ranks& ranks;
   const Campaign& campaign;
-  const Samples& samples;
+  const Schema& schema;
   const std::vector<Member>& members;
   Device& device;
-  Simulation& simulation;
+  std::optional<Simulation>& simulation;
   Store& store;
   Claims& claims;
 };
@@ -135,31 +137,117 @@ std::int64_t simulate_members(const RunningCampaign& running, const WorkerOption
   std::optional<Progress> progress;
   if (running.ranks.first()) progress.emplace(running.campaign.store);
   const auto run = [&](std::span<const Member> batch, double timeout_s) {
-    auto recordings = running.simulation.run(batch, timeout_s);
+    auto recordings = running.simulation->run(batch, timeout_s);
     done += std::count_if(recordings.begin(), recordings.end(),
                           [](const Recording& r) { return r.outcome == Outcome::done; });
     return recordings;
   };
-  work(running.store, running.claims, running.samples, running.members, run, options);
+  work(running.store, running.claims, running.schema.samples, running.members, run, options);
   return done;
 }
 
+bool have_ended(const Store& store) {
+  return exit_code(store.statuses()) != static_cast<int>(ExitCode::interrupted);
+}
+
+/// What simulates checks on this rank: fine members, on the memory that the others have left. That it cannot
+/// be had is how the checks end.
+class FineSimulation {
+ public:
+  FineSimulation(const RunningCampaign& running, const FineCampaign& fine)
+      : device_(running.device), scene_(fine.scene) {
+    PlanOptions options = plan_options(running.campaign);
+    options.members_per_device = 0;  // fewer fit than of the others
+    try {
+      plan_ = make_plan(device_, fine.scene, fine.members, options);
+    } catch (const std::exception& error) {
+      missing_ = error.what();
+    }
+  }
+
+  bool is_possible() const { return missing_.empty(); }
+  int members_per_device() const { return is_possible() ? plan_.members_per_device : 1; }
+
+  std::vector<Recording> run(std::span<const Member> members, double timeout_s) {
+    try {
+      if (is_possible() && !simulation_) simulation_.emplace(device_, scene_, plan_);
+    } catch (const std::exception& error) {
+      missing_ = error.what();
+    }
+    if (!is_possible()) return without(members.size(), missing_);
+    try {
+      return simulation_->run(members, timeout_s);
+    } catch (const std::exception& error) {
+      if (members.size() > 1) throw;  // each is tried alone
+      return without(1, fmt::format("device: {}", error.what()));
+    }
+  }
+
+ private:
+  static std::vector<Recording> without(std::size_t members, const std::string& why) {
+    Recording failed;
+    failed.reason = "at half the spacing and the step: " + why;
+    return std::vector<Recording>(members, failed);
+  }
+
+  Device& device_;
+  const Scene& scene_;
+  Plan plan_;
+  std::optional<Simulation> simulation_;
+  std::string missing_;
+};
+
+/// Runs the checks once all members have ended. A rank whose device cannot hold them leaves them to those
+/// whose can.
+void run_checks(const RunningCampaign& running, WorkerOptions options) {
+  const Ranks& ranks = running.ranks;
+  Store checks(running.store.path(), Store::Access::write, checks_group);
+  const bool open =
+      have_ended(running.store) && has_open_checks(running.store, checks, running.schema, options.retries);
+  if (ranks.all(!open)) return;
+  running.simulation.reset();
+  const FineCampaign fine = fine_campaign(running.campaign.scene, running.members);
+  FineSimulation simulation(running, fine);
+  const bool possible_elsewhere = !ranks.all(!simulation.is_possible());
+  if (!have_ended(running.store) || (possible_elsewhere && !simulation.is_possible())) return;
+
+  std::optional<Progress> progress;
+  if (ranks.first()) {
+    spdlog::info("{} checks at half the spacing and the step, {} at a time", checks.members(),
+                 simulation.members_per_device());
+    progress.emplace(running.store.path(), std::chrono::seconds(30), checks_group);
+  }
+  options.members_per_device = simulation.members_per_device();
+  Claims claims(running.store.path(), running.store.members());
+  const auto run = [&](std::span<const Member> batch, double timeout_s) {
+    return simulation.run(batch, timeout_s);
+  };
+  work_on_checks(running.store, checks, claims, running.schema, fine, run, options);
+}
+
 /// Members run from here on: what goes wrong leaves a campaign that can be resumed.
-ExitCode run_members(const RunningCampaign& running, const WorkerOptions& options, int performance_slots) {
+ExitCode run_members(const RunningCampaign& running, const WorkerOptions& options) {
   const Ranks& ranks = running.ranks;
   const auto begin = std::chrono::steady_clock::now();
   std::int64_t done = 0;
   ranks.agree([&] { done = simulate_members(running, options); });
-  const auto performance = performance_of(running.simulation, running.device, seconds_since(begin));
+  const auto performance = performance_of(*running.simulation, running.device, seconds_since(begin));
   ranks.agree([&] {
-    const int slot = running.claims.claim_performance_slot(ranks.rank(), performance_slots);
+    const int slot = running.claims.claim_performance_slot(ranks.rank(), running.schema.performance_slots);
     if (slot >= 0) running.store.write_performance(slot, performance);
   });
   const RunTotals totals = add_up(ranks, performance, done);
   if (ranks.first() && totals.members > 0)
     fmt::print("{}{} of device memory at the peak\n", performance_report(performance, totals),
                human_bytes(running.device.peak_bytes()));
-  return static_cast<ExitCode>(exit_code(running.store.statuses()));
+  if (running.store.has_checks()) {
+    ranks.agree([&] { run_checks(running, options); });
+    ranks.agree([&] {
+      if (ranks.first()) write_errors(running.store, running.schema, running.claims);
+    });
+    if (ranks.first() && has_errors(running.store)) fmt::print("{}", error_table(running.store));
+  }
+  return static_cast<ExitCode>(exit_code(running.store));
 }
 
 }  // namespace
@@ -218,8 +306,8 @@ ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::s
 
   catch_interrupts();
   return guarded(ExitCode::interrupted, [&] {
-    const RunningCampaign running{ranks, campaign, samples, all, *device, *simulation, *store, *claims};
-    return run_members(running, worker, schema.performance_slots);
+    const RunningCampaign running{ranks, campaign, schema, all, *device, simulation, *store, *claims};
+    return run_members(running, worker);
   });
 }
 

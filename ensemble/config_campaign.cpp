@@ -43,6 +43,17 @@ void read_count(Node& map, const std::string& key, std::int64_t least, int& valu
   value = static_cast<int>(*number);
 }
 
+void read_fraction(Node& map, const std::string& key, double& value, Mistakes& mistakes) {
+  Node* node = take(map, key);
+  if (!node) return;
+  const auto number = read_number(*node, node->path, "1", mistakes);
+  if (!number) return;
+  if (!(*number >= 0 && *number <= 1))
+    mistakes.add(node->place, fmt::format("{} is {}; it must lie in [0, 1]", node->path, *number));
+  else
+    value = *number;
+}
+
 void read_members(Node& node, Campaign& campaign, Mistakes& mistakes) {
   const auto count = read_whole(node, node.path, 1, mistakes);
   if (count.value_or(0) > most_members)
@@ -112,6 +123,7 @@ std::string read_campaign_section(Node* map, const std::string& file, bool compl
     campaign.seed = static_cast<std::uint64_t>(read_whole(*seed, seed->path, 0, mistakes).value_or(0));
   read_positive(section, "timeout_s", "s", campaign.timeout_s, mistakes);
   read_positive(section, "memory_limit_GB", "GB", campaign.memory_limit_GB, mistakes);
+  read_fraction(section, "check_fraction", campaign.check_fraction, mistakes);
   read_count(section, "retries", 0, campaign.retries, mistakes);
   read_count(section, "members_per_device", 1, campaign.members_per_device, mistakes);
 

@@ -13,6 +13,7 @@
 #include <numeric>
 #include <system_error>
 
+#include "ensemble/error_model.hpp"
 #include "ensemble/hdf5.hpp"
 #include "ensemble/random.hpp"
 #include "ensemble/store.hpp"
@@ -86,7 +87,8 @@ hdf5::Handle create_dataset(hid_t file, Column column, const Schema& schema) {
   hdf5::check(H5Pset_obj_track_times(properties, false),
               spec.path);  // a date would make two equal stores differ
   if (is_float(spec.type)) hdf5::check(H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &NaN), spec.path);
-  hdf5::Handle dataset(H5Dcreate2(file, spec.path, type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+  const std::string path = schema.group + spec.path;
+  hdf5::Handle dataset(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
                        H5Dclose, spec.path);
   if (spec.unit) hdf5::write_attribute(dataset, "units", std::string(spec.unit));
   return dataset;
@@ -141,8 +143,11 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
     write_dataset(dataset, H5T_NATIVE_UINT8, queued);
   } else if (column == Column::seed) {
     std::vector<std::uint64_t> seeds;
-    for (std::int64_t i = 0; i < schema.members; ++i)
-      seeds.push_back(random_bits(schema.seed, Stream::member, 0, static_cast<std::uint64_t>(i)));
+    for (std::int64_t i = 0; i < schema.members; ++i) {
+      const auto member =
+          schema.member_of_check.empty() ? i : schema.member_of_check[static_cast<std::size_t>(i)];
+      seeds.push_back(random_bits(schema.seed, Stream::member, 0, static_cast<std::uint64_t>(member)));
+    }
     write_dataset(dataset, H5T_NATIVE_UINT64, seeds);
   } else if (column == Column::step_factor) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE,
@@ -162,6 +167,11 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
   } else if (column == Column::features) {
     hdf5::write_attribute(dataset, "names", layout.features);
     hdf5::write_attribute(dataset, "units", layout.feature_units);
+  } else if (column == Column::member_of_check) {
+    write_dataset(dataset, H5T_NATIVE_INT64, schema.member_of_check);
+  } else if (column == Column::error_model) {
+    hdf5::write_attribute(dataset, "legend",
+                          std::vector<std::string>(error_model_names.begin(), error_model_names.end()));
   } else if (column == Column::time_ecg_ms) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.ecg_ms);
   } else if (column == Column::time_pv_ms) {
@@ -185,7 +195,7 @@ std::string now() {
 
 void write_root(hid_t file, const Schema& schema) {
   hdf5::write_attribute(file, "format", std::string("cohort"));
-  hdf5::write_attribute(file, "version", std::uint64_t{1});
+  hdf5::write_attribute(file, "version", std::uint64_t{2});
   hdf5::write_attribute(file, "campaign", schema.campaign);
   hdf5::write_attribute(file, "sha256", schema.sha256);
   hdf5::write_attribute(file, "seed", schema.seed);
@@ -195,7 +205,45 @@ void write_root(hid_t file, const Schema& schema) {
   std::vector<std::string> run_dependent{"@created"};
   for (const auto& column : column_specs)
     if (column.run_dependent) run_dependent.push_back(column.path);
+  if (!schema.checked.empty())
+    for (std::size_t i = 0; i < column_count; ++i)
+      if (column_specs[i].run_dependent && !is_optional(static_cast<Column>(i)))
+        run_dependent.push_back(std::string(checks_group) + column_specs[i].path);
   hdf5::write_attribute(file, "run_dependent", run_dependent);
+}
+
+void create_group(hid_t file, const std::string& name) {
+  const hdf5::Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, name);
+  hdf5::check(H5Pset_obj_track_times(properties, false), name);
+  hdf5::Handle(H5Gcreate2(file, name.c_str(), H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, name)
+      .close(name);
+}
+
+/// The datasets of the members, or of the checks.
+void write_group(hid_t file, const Schema& schema) {
+  create_group(file, schema.group + "/members");
+  if (schema.group.empty()) {
+    create_group(file, "/time");
+    create_group(file, "/performance");
+  }
+  if (!schema.layout.compartments.empty()) create_group(file, schema.group + "/pv");
+  if (!schema.checked.empty()) create_group(file, "/errors");
+  if (!schema.study.groups.empty()) create_group(file, "/study");
+  for (std::size_t i = 0; i < column_count; ++i) {
+    const auto column = static_cast<Column>(i);
+    if (is_optional(column) && shape(column, schema)[0] == 0) continue;
+    hdf5::Handle dataset = create_dataset(file, column, schema);
+    describe(dataset, column, schema);
+    dataset.close(spec(column).path);
+  }
+}
+
+void describe_errors(hid_t file, const Schema& schema) {
+  const std::string name = "/errors";
+  const hdf5::Handle errors(H5Gopen2(file, name.c_str(), H5P_DEFAULT), H5Gclose, name);
+  hdf5::write_attribute(errors, "names", schema.layout.features);
+  hdf5::write_attribute(errors, "units", schema.layout.feature_units);
+  hdf5::write_attribute(errors, "order", schema.error_order);
 }
 
 void write_hdf5(const fs::path& path, const Schema& schema) {
@@ -207,20 +255,11 @@ void write_hdf5(const fs::path& path, const Schema& schema) {
   hdf5::check(H5Pset_file_locking(access, false, true), what);  // flock fails on some shared file systems
   hdf5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, what);
   write_root(file, schema);
-  std::vector<const char*> groups = {"/members", "/time", "/performance"};
-  if (!schema.layout.compartments.empty()) groups.push_back("/pv");
-  if (!schema.study.groups.empty()) groups.push_back("/study");
-  for (const char* name : groups) {
-    const hdf5::Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, name);
-    hdf5::check(H5Pset_obj_track_times(properties, false), name);
-    const hdf5::Handle group(H5Gcreate2(file, name, H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, name);
-  }
-  for (std::size_t i = 0; i < column_count; ++i) {
-    const auto column = static_cast<Column>(i);
-    if (is_optional(column) && shape(column, schema)[0] == 0) continue;
-    hdf5::Handle dataset = create_dataset(file, column, schema);
-    describe(dataset, column, schema);
-    dataset.close(spec(column).path);
+  write_group(file, schema);
+  if (!schema.checked.empty()) {
+    create_group(file, checks_group);
+    write_group(file, checks_schema(schema));
+    describe_errors(file, schema);
   }
   file.close("HDF5");
 }
@@ -290,7 +329,7 @@ std::size_t data_bytes(const Schema& schema) {
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < column_count; ++i)
     bytes += elements(shape(static_cast<Column>(i), schema)) * column_specs[i].element_bytes() + page_bytes;
-  return bytes;
+  return schema.checked.empty() ? bytes : bytes + data_bytes(checks_schema(schema));
 }
 
 void require_room(const fs::path& store, std::size_t bytes) {

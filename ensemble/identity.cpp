@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "ensemble/choose_checks.hpp"
 #include "solver/labels.hpp"
 
 // Enumerators are written as words, so that a new one in their midst leaves the identity of stores as it is.
@@ -126,9 +127,11 @@ std::string canonical_text(const Campaign& campaign) {
   for (const Parameter& parameter : scene.parameters.all())
     text += fmt::format("{}={}\n", parameter.path, number(parameter.value));
   for (const SampledParameter& parameter : campaign.parameters) text += sampled(parameter);
-  text += fmt::format("method {} members {} seed {}\n",
-                      word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv", "table"}),
-                      campaign.members, campaign.seed);
+  text +=
+      fmt::format("method {} members {} seed {}\n",
+                  word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv", "table"}),
+                  campaign.members, campaign.seed);
+  if (const auto checks = check_count(campaign); checks > 0) text += fmt::format("checks {}\n", checks);
   if (!campaign.points_sha256.empty()) text += fmt::format("points {}\n", campaign.points_sha256);
   return text;
 }

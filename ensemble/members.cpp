@@ -46,6 +46,18 @@ Samples sample(const Campaign& campaign) {
   return samples;
 }
 
+Samples rows_of(const Samples& samples, std::span<const std::int64_t> members) {
+  const std::size_t width = samples.paths.size();
+  Samples rows{samples.paths, {}, {}};
+  for (const auto member : members)
+    for (std::size_t i = 0; i < width; ++i) {
+      const auto at = static_cast<std::size_t>(member) * width + i;
+      rows.unit.push_back(samples.unit[at]);
+      rows.physical.push_back(samples.physical[at]);
+    }
+  return rows;
+}
+
 std::vector<Member> members(const Campaign& campaign, const Samples& samples) {
   const auto& table = campaign.scene.parameters;
   std::vector<std::size_t> columns;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct Samples {
 /// Draws the points of all members. Throws std::invalid_argument where the method cannot give them (see
 /// sampler.hpp and csv_points.hpp; a CSV file with fewer rows than members).
 Samples sample(const Campaign& campaign);
+
+/// The rows of single members, in their order.
+Samples rows_of(const Samples& samples, std::span<const std::int64_t> members);
 
 /// All members: the scene's values with the sampled ones in their place, table order, resolved.
 std::vector<Member> members(const Campaign& campaign, const Samples& samples);

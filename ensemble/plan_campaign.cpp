@@ -24,12 +24,16 @@ std::vector<std::string> conduction_lines(const Plan& plan) {
   return lines;
 }
 
-Plan plan_campaign(Device& device, const Campaign& campaign, std::span<const Member> members) {
+PlanOptions plan_options(const Campaign& campaign) {
   constexpr double bytes_per_GB = 1e9;
   PlanOptions options;
   options.members_per_device = campaign.members_per_device;
   options.memory_limit_bytes = static_cast<std::size_t>(campaign.memory_limit_GB * bytes_per_GB);
-  return make_plan(device, campaign.scene, members, options);
+  return options;
+}
+
+Plan plan_campaign(Device& device, const Campaign& campaign, std::span<const Member> members) {
+  return make_plan(device, campaign.scene, members, plan_options(campaign));
 }
 
 }  // namespace cohort

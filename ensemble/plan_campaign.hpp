@@ -9,6 +9,9 @@
 
 namespace cohort {
 
+/// The limits of a campaign.
+PlanOptions plan_options(const Campaign& campaign);
+
 /// The plan of a campaign within its own limits (members_per_device, memory_limit_GB). Throws as make_plan.
 Plan plan_campaign(Device& device, const Campaign& campaign, std::span<const Member> members);
 

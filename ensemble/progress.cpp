@@ -46,8 +46,10 @@ std::string progress_line(const StatusCounts& counts, std::optional<double> hear
   return line;
 }
 
-Progress::Progress(const std::filesystem::path& store, std::chrono::duration<double> log_every)
-    : store_(store),
+Progress::Progress(const std::filesystem::path& store, std::chrono::duration<double> log_every,
+                   const std::string& group)
+    : store_(store, Store::Access::read, group),
+      prefix_(group.empty() ? "" : "checks: "),
       terminal_(isatty(STDERR_FILENO) != 0),
       every_(terminal_ ? std::chrono::duration<double>(0.5) : log_every),
       begun_(std::chrono::steady_clock::now()),
@@ -70,7 +72,7 @@ void Progress::show(bool last) try {
   const double hours =
       std::chrono::duration<double, std::ratio<3600>>(std::chrono::steady_clock::now() - begun_).count();
   const auto rate = done > 0 ? std::optional(static_cast<double>(done) / hours) : std::nullopt;
-  const auto line = progress_line(counts, rate);
+  const auto line = prefix_ + progress_line(counts, rate);
   if (terminal_) {
     std::fprintf(stderr, "\r\033[K%s%s", line.c_str(), last ? "\n" : "");
     std::fflush(stderr);

@@ -33,11 +33,12 @@ std::string duration_text(double seconds);
 
 /// Shows how a campaign goes, from /status alone: one line that is drawn again on a terminal (standard
 /// error), else a line in the log every `log_every`. Runs in a thread of its own until it is destroyed, which
-/// shows the last state.
+/// shows the last state. With a group of the store, of its checks.
 class Progress {
  public:
   explicit Progress(const std::filesystem::path& store,
-                    std::chrono::duration<double> log_every = std::chrono::seconds(30));
+                    std::chrono::duration<double> log_every = std::chrono::seconds(30),
+                    const std::string& group = "");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -46,6 +47,7 @@ class Progress {
   void show(bool last);
 
   Store store_;
+  std::string prefix_;
   bool terminal_;
   std::chrono::duration<double> every_;
   std::chrono::steady_clock::time_point begun_;

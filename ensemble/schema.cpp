@@ -7,6 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "ensemble/choose_checks.hpp"
+
 namespace cohort {
 namespace {
 
@@ -58,10 +60,35 @@ Schema make_schema(const Campaign& campaign, Samples samples, Layout layout, std
     for (const auto& sampled : campaign.parameters)
       schema.parameters.push_back(column(sampled, table[table.index(sampled.path)]));
   }
+  schema.error_order = error_order(campaign.scene);
+  // Without a feature there is nothing to compare.
+  if (!layout.features.empty())
+    schema.checked = choose_checks(samples, campaign.members, check_count(campaign));
   schema.samples = std::move(samples);
   schema.layout = std::move(layout);
   schema.study = campaign.study;
   return schema;
+}
+
+double error_order(const Scene& scene) {
+  return scene.geometry == GeometryKind::none ? 2 : 1;
+}
+
+Schema checks_schema(const Schema& schema) {
+  Schema checks;
+  checks.group = checks_group;
+  checks.campaign = schema.campaign;
+  checks.sha256 = schema.sha256;
+  checks.program_version = schema.program_version;
+  checks.seed = schema.seed;
+  checks.members = std::ssize(schema.checked);
+  checks.parameters = schema.parameters;
+  checks.samples = rows_of(schema.samples, schema.checked);
+  checks.layout.features = schema.layout.features;
+  checks.layout.feature_units = schema.layout.feature_units;
+  checks.member_of_check = schema.checked;
+  checks.performance_slots = checks.kernels_per_slot = 0;
+  return checks;
 }
 
 }  // namespace cohort

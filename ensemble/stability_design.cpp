@@ -154,6 +154,7 @@ void use_design(StabilityDesign design, std::uint64_t seed, Campaign& campaign) 
   campaign.points_file.clear();
   campaign.seed = seed;
   campaign.members = static_cast<std::int64_t>(design.groups.size());
+  campaign.check_fraction = 0;  // the study asks how members end, not how exact they are
   campaign.points_paths = std::move(design.paths);
   campaign.points = std::move(design.values);
   campaign.points_sha256 = sha256(text);

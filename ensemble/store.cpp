@@ -24,11 +24,10 @@ constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What the checksum of a row covers, in this order, and after them the status byte. `seed` differs from row
 /// to row: a row that stands in another's place is found too.
-constexpr Column checksummed[] = {Column::seed,         Column::parameters,    Column::unit_parameters,
-                                  Column::ecg,          Column::pv_pressure,   Column::pv_volume,
-                                  Column::displacement, Column::features,      Column::reason,
-                                  Column::failed_at_ms, Column::dt_ms,         Column::dx_mm,
-                                  Column::step_factor,  Column::error_estimate};
+constexpr Column checksummed[] = {
+    Column::seed,      Column::parameters,   Column::unit_parameters, Column::ecg,    Column::pv_pressure,
+    Column::pv_volume, Column::displacement, Column::features,        Column::reason, Column::failed_at_ms,
+    Column::dt_ms,     Column::dx_mm,        Column::step_factor};
 
 std::string system_message(int error) {
   return std::generic_category().message(error);
@@ -110,7 +109,7 @@ int write_rows(int file, std::span<const RowImage> rows) {
   return 0;
 }
 
-Store::Store(const std::filesystem::path& path, Access access) : path_(path) {
+Store::Store(const std::filesystem::path& path, Access access, const std::string& group) : path_(path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const std::string name = path.string();
   file_ = open(name.c_str(), (access == Access::write ? O_RDWR : O_RDONLY) | O_CLOEXEC);
@@ -130,23 +129,30 @@ Store::Store(const std::filesystem::path& path, Access access) : path_(path) {
     sha256_ = hdf5::read_text(file, "sha256");
     campaign_ = hdf5::read_text(file, "campaign");
     for (std::size_t i = 0; i < column_count; ++i) {
-      const auto* dataset_path = column_specs[i].path;
-      if (H5Lexists(file, dataset_path, H5P_DEFAULT) <= 0) continue;  // a series that is not recorded
-      const hdf5::Handle dataset(H5Dopen2(file, dataset_path, H5P_DEFAULT), H5Dclose, name);
+      const std::string dataset_path = group + column_specs[i].path;
+      if (H5Lexists(file, dataset_path.c_str(), H5P_DEFAULT) <= 0) continue;  // a series that is not recorded
+      const hdf5::Handle dataset(H5Dopen2(file, dataset_path.c_str(), H5P_DEFAULT), H5Dclose, name);
       const hdf5::Handle space(H5Dget_space(dataset), H5Sclose, name);
       const hdf5::Handle type(H5Dget_type(dataset), H5Tclose, name);
       hsize_t sizes[most_axes] = {};
       const int rank = H5Sget_simple_extent_ndims(space);
-      if (rank < 1 || rank > most_axes || H5Tget_size(type) != column_specs[i].element_bytes())
+      const bool version_1 = static_cast<Column>(i) == Column::error_estimate && rank == 1;
+      const std::size_t element_bytes = version_1 ? sizeof(double) : column_specs[i].element_bytes();
+      if (rank < 1 || rank > most_axes || H5Tget_size(type) != element_bytes)
         throw std::runtime_error(name + ": " + dataset_path +
                                  " has another shape or type than this version of cohort writes");
       hdf5::check(H5Sget_simple_extent_dims(space, sizes, nullptr), name);
-      std::size_t row_bytes = column_specs[i].element_bytes();
+      std::size_t row_bytes = element_bytes;
       for (int axis = 1; axis < rank; ++axis) row_bytes *= sizes[axis];
       const haddr_t offset = H5Dget_offset(dataset);
       if (offset == HADDR_UNDEF && sizes[0] * row_bytes > 0)
         throw std::runtime_error(name + ": " + dataset_path + " has no fixed place in the file");
-      extents_[i] = {offset == HADDR_UNDEF ? 0 : static_cast<off_t>(offset), sizes[0], row_bytes};
+      (version_1 ? unwritten_error_ : extents_[i]) = {offset == HADDR_UNDEF ? 0 : static_cast<off_t>(offset),
+                                                      sizes[0], row_bytes};
+      if (static_cast<Column>(i) == Column::features) {
+        features_ = hdf5::read_texts(dataset, "names");
+        feature_units_ = hdf5::read_texts(dataset, "units");
+      }
     }
     if (rows(Column::status) == 0)
       throw std::runtime_error(name + ": is not a cohort file (it has no /status)");
@@ -164,8 +170,10 @@ void Store::require(const Schema& schema) const {
   if (sha256_ != schema.sha256)
     throw std::runtime_error(fmt::format(
         "{}: was made by another campaign (its text is in the file's attribute `campaign`); its "
-        "sha256 is {}, of this one {}; give this campaign another store, or the file another name",
-        path_.string(), sha256_, schema.sha256));
+        "sha256 is {}, of this one {}; give this campaign another store, or the file another name{}",
+        path_.string(), sha256_, schema.sha256,
+        unwritten_error_.rows > 0 ? "; it is of version 1: finish it with the version of cohort that began it"
+                                  : ""));
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto sizes = shape(static_cast<Column>(i), schema);
     if (static_cast<Column>(i) >= Column::kernels) break;  // how many may report is the file's to say
@@ -180,13 +188,16 @@ void Store::require(const Schema& schema) const {
   }
 }
 
-std::vector<char> Store::read_row(Column column, std::size_t row) const {
-  const auto& at = extent(column);
-  std::vector<char> bytes(at.rows == 0 ? 0 : at.row_bytes);
+std::vector<char> Store::read_rows(Column column, std::size_t first, std::size_t count) const {
+  return read_at(extent(column), first, count);
+}
+
+std::vector<char> Store::read_at(const Extent& at, std::size_t first, std::size_t count) const {
+  std::vector<char> bytes(at.rows == 0 ? 0 : count * at.row_bytes);
   std::size_t done = 0;
   while (done < bytes.size()) {
     const auto got = pread(file_, bytes.data() + done, bytes.size() - done,
-                           at.offset + static_cast<off_t>(row * at.row_bytes + done));
+                           at.offset + static_cast<off_t>(first * at.row_bytes + done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0)
       throw std::runtime_error(path_.string() + ": cannot be read: " +
@@ -204,12 +215,17 @@ T Store::read_value(Column column, std::size_t row) const {
   return value;
 }
 
-void Store::write_row(Column column, std::size_t row, std::span<const char> bytes) {
+void Store::write_rows_at(Column column, std::size_t first, std::span<const char> bytes) {
   const auto& at = extent(column);
   if (const int error =
-          write_all(file_, bytes.data(), bytes.size(), at.offset + static_cast<off_t>(row * at.row_bytes));
+          write_all(file_, bytes.data(), bytes.size(), at.offset + static_cast<off_t>(first * at.row_bytes));
       error != 0)
     throw std::runtime_error(path_.string() + ": cannot be written: " + system_message(error));
+}
+
+void Store::flush() {
+  if (fdatasync(file_) != 0)
+    throw std::runtime_error(path_.string() + ": cannot be written: " + system_message(errno));
 }
 
 RowImage::Piece Store::piece(Column column, std::size_t row, std::vector<char> bytes) const {
@@ -220,16 +236,10 @@ RowImage::Piece Store::piece(Column column, std::size_t row, std::vector<char> b
 }
 
 std::vector<Status> Store::statuses() const {
-  const auto count = rows(Column::status);
-  std::vector<Status> result(count);
-  std::size_t done = 0;
-  while (done < count) {
-    const auto got = pread(file_, result.data() + done, count - done,
-                           extent(Column::status).offset + static_cast<off_t>(done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) throw std::runtime_error(path_.string() + ": cannot be read: " + system_message(errno));
-    done += static_cast<std::size_t>(got);
-  }
+  const auto bytes = read_rows(Column::status, 0, rows(Column::status));
+  std::vector<Status> result(bytes.size());
+  std::transform(bytes.begin(), bytes.end(), result.begin(),
+                 [](char byte) { return static_cast<Status>(byte); });
   return result;
 }
 
@@ -238,7 +248,7 @@ Status Store::status(std::int64_t member) const {
 }
 
 void Store::set_status(std::int64_t member, Status status) {
-  write_row(Column::status, static_cast<std::size_t>(member), bytes_of(status));
+  write_rows_at(Column::status, static_cast<std::size_t>(member), bytes_of(status));
 }
 
 Account Store::account(std::int64_t member) const {
@@ -271,8 +281,8 @@ std::vector<float> Store::floats(Column column, std::int64_t member) const {
 }
 
 void Store::write_outcome(std::int64_t member, const std::string& outcome) {
-  write_row(Column::study_outcome, static_cast<std::size_t>(member),
-            bytes_of_text(outcome, row_bytes(Column::study_outcome)));
+  write_rows_at(Column::study_outcome, static_cast<std::size_t>(member),
+                bytes_of_text(outcome, row_bytes(Column::study_outcome)));
 }
 
 RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recording& recording,
@@ -315,13 +325,14 @@ RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recor
           case Column::step_factor:
             return bytes_of(step_factor(account.halvings));
           default:
-            return bytes_of(NaN);
+            throw std::logic_error(std::string("no checksum covers ") + spec(column).path);
         }
       }();
       sum = add_to_checksum(sum, bytes);
       image.data_.push_back(piece(column, row, std::move(bytes)));
     }
   }
+  sum = add_to_checksum(sum, read_at(unwritten_error_, row, 1));
   const auto status = bytes_of(status_of(recording.outcome));
   sum = add_to_checksum(sum, status);
 
@@ -362,6 +373,7 @@ bool Store::row_is_intact(std::int64_t member) const {
   const auto row = static_cast<std::size_t>(member);
   std::uint32_t sum = 0;
   for (const auto column : checksummed) sum = add_to_checksum(sum, read_row(column, row));
+  sum = add_to_checksum(sum, read_at(unwritten_error_, row, 1));
   sum = add_to_checksum(sum, read_row(Column::status, row));
   return sum == read_value<std::uint32_t>(Column::crc32, row);
 }
@@ -381,15 +393,15 @@ void Store::write_performance(int slot, const ProcessPerformance& performance) {
     device_ms[i] = performance.kernels[i].device_ms;
     bytes_per_call[i] = performance.kernels[i].bytes_per_call;
   }
-  write_row(Column::kernels, row, names);
-  write_row(Column::calls, row, bytes_of(std::span<const std::int64_t>(calls)));
-  write_row(Column::device_ms, row, bytes_of(std::span<const double>(device_ms)));
-  write_row(Column::bytes_per_call, row, bytes_of(std::span<const double>(bytes_per_call)));
-  write_row(Column::triad, row, bytes_of(performance.triad_GB_per_s));
-  write_row(Column::slot_device, row, bytes_of_text(performance.device, device_bytes));
-  write_row(Column::simulated_ms, row, bytes_of(performance.simulated_ms));
-  write_row(Column::cell_updates, row, bytes_of(performance.cell_updates));
-  write_row(Column::slot_wall_s, row, bytes_of(performance.wall_s));
+  write_rows_at(Column::kernels, row, names);
+  write_rows_at(Column::calls, row, bytes_of(std::span<const std::int64_t>(calls)));
+  write_rows_at(Column::device_ms, row, bytes_of(std::span<const double>(device_ms)));
+  write_rows_at(Column::bytes_per_call, row, bytes_of(std::span<const double>(bytes_per_call)));
+  write_rows_at(Column::triad, row, bytes_of(performance.triad_GB_per_s));
+  write_rows_at(Column::slot_device, row, bytes_of_text(performance.device, device_bytes));
+  write_rows_at(Column::simulated_ms, row, bytes_of(performance.simulated_ms));
+  write_rows_at(Column::cell_updates, row, bytes_of(performance.cell_updates));
+  write_rows_at(Column::slot_wall_s, row, bytes_of(performance.wall_s));
 }
 
 }  // namespace cohort

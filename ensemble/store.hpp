@@ -66,9 +66,10 @@ class Store {
  public:
   enum class Access { read, write };
 
-  /// Opens a store. Throws std::runtime_error where the file is missing, cannot be read (or written), or is
-  /// no store.
-  explicit Store(const std::filesystem::path& path, Access access = Access::read);
+  /// Opens a store, or with `group` the rows of its checks. Throws std::runtime_error where the file is
+  /// missing, cannot be read (or written), or is no store.
+  explicit Store(const std::filesystem::path& path, Access access = Access::read,
+                 const std::string& group = "");
   ~Store();
   Store(const Store&) = delete;
   Store& operator=(const Store&) = delete;
@@ -120,21 +121,35 @@ class Store {
 
   void write_performance(int slot, const ProcessPerformance& performance);
 
+  /// Whether the campaign has checks, which then stand in checks_group.
+  bool has_checks() const { return rows(Column::error_estimate) > 0; }
+  /// Names and units of the features.
+  const std::vector<std::string>& features() const { return features_; }
+  const std::vector<std::string>& feature_units() const { return feature_units_; }
+
+  /// The bytes of `count` rows from `first` on.
+  std::vector<char> read_rows(Column column, std::size_t first, std::size_t count) const;
+  /// Writes rows without a word about their order on the disk; `flush` has them there.
+  void write_rows_at(Column column, std::size_t first, std::span<const char> bytes);
+  void flush();
+
  private:
   struct Extent {
     off_t offset = 0;
     std::size_t rows = 0, row_bytes = 0;
   };
   const Extent& extent(Column column) const { return extents_[static_cast<std::size_t>(column)]; }
-  std::vector<char> read_row(Column column, std::size_t row) const;
+  std::vector<char> read_row(Column column, std::size_t row) const { return read_rows(column, row, 1); }
+  std::vector<char> read_at(const Extent& at, std::size_t first, std::size_t count) const;
   template <typename T>
   T read_value(Column column, std::size_t row) const;
-  void write_row(Column column, std::size_t row, std::span<const char> bytes);
   RowImage::Piece piece(Column column, std::size_t row, std::vector<char> bytes) const;
 
   std::filesystem::path path_;
   std::string sha256_, campaign_;
+  std::vector<std::string> features_, feature_units_;
   std::array<Extent, column_count> extents_;
+  Extent unwritten_error_;  ///< in stores of version 1: a number of each row that was never written
   int file_ = -1;
 };
 

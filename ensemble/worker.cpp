@@ -101,7 +101,7 @@ class Worker {
     if (store_.status(id) == Status::running) store_.set_status(id, Status::queued);
   } catch (const std::exception& error) {
     // It stays "running" without a lock, which the next to claim takes as well.
-    spdlog::error("rank {}: member {} cannot be queued again: {}", options_.rank, id, error.what());
+    spdlog::error("rank {}: {} {} cannot be queued again: {}", options_.rank, options_.row, id, error.what());
   }
 
   bool others_are_at_work() const {
@@ -111,17 +111,10 @@ class Worker {
                        [](Status s) { return s == Status::queued || s == Status::running; });
   }
 
-  /// Whether a member that has ended so is tried again.
-  bool may_try_again(Status status, const Account& account) const {
-    if (status == Status::unstable) return account.halvings < options_.retries;
-    if (status != Status::failed && status != Status::timeout) return false;
-    return account.attempts - account.halvings <= options_.retries;
-  }
-
   /// Whether a member of that status is to be run: an earlier run may have ended it with fewer retries.
   bool is_open(std::int64_t id, Status status) const {
     if (status == Status::queued || status == Status::running) return true;
-    return may_try_again(status, store_.account(id));
+    return may_try_again(status, store_.account(id), options_.retries);
   }
 
   /// A member that is "running" and was free to claim: the process that ran it was killed. True where that
@@ -129,8 +122,8 @@ class Worker {
   bool given_up_after_kill(std::int64_t id, Account account) {
     claims_.count_kill(id);
     const int kills = claims_.kills(id);
-    spdlog::warn("rank {}: the process that ran member {} was killed (time {} for this member)",
-                 options_.rank, id, kills);
+    spdlog::warn("rank {}: the process that ran {} {} was killed (time {} for it)", options_.rank,
+                 options_.row, id, kills);
     if (kills < std::max(kills_to_blame, options_.retries + 1)) {
       store_.set_status(id, Status::queued);  // counted
       return false;
@@ -185,7 +178,7 @@ class Worker {
     auto account = claimed.account;
     ++account.attempts;
     const Status status = status_of(recording.outcome);
-    if (may_try_again(status, account)) {
+    if (may_try_again(status, account, options_.retries)) {
       if (status == Status::unstable) ++account.halvings;
       return store_.prepare_requeue(claimed.member->id, account);
     }
@@ -224,7 +217,8 @@ class Worker {
     for (const auto& claimed : batch) {
       members.push_back(*claimed.member);
       if (claimed.account.halvings > 0)
-        spdlog::info("member {}: its steps times {}", claimed.member->id, step_factor(claimed.account.halvings));
+        spdlog::info("{} {}: its steps times {}", options_.row, claimed.member->id,
+                     step_factor(claimed.account.halvings));
       for (const std::size_t place : options_.step_factors)
         members.back().values[place] *= step_factor(claimed.account.halvings);
       store_.set_status(claimed.member->id, Status::running);
@@ -281,10 +275,10 @@ class Worker {
 
   void log(const Member& member, const Recording& recording) const {
     if (recording.outcome == Outcome::done)
-      spdlog::debug("member {} done in {:.2f} s", member.id, recording.wall_s);
+      spdlog::debug("{} {} done in {:.2f} s", options_.row, member.id, recording.wall_s);
     else
-      spdlog::warn("member {} {}: {}", member.id, status_names[static_cast<std::size_t>(recording.outcome)],
-                   recording.reason);
+      spdlog::warn("{} {} {}: {}", options_.row, member.id,
+                   status_names[static_cast<std::size_t>(recording.outcome)], recording.reason);
   }
 
   Store& store_;
@@ -299,6 +293,12 @@ class Worker {
 };
 
 }  // namespace
+
+bool may_try_again(Status status, const Account& account, int retries) {
+  if (status == Status::unstable) return account.halvings < retries;
+  if (status != Status::failed && status != Status::timeout) return false;
+  return account.attempts - account.halvings <= retries;
+}
 
 WorkerEnd work(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
                const RunBatch& run, const WorkerOptions& options) {

@@ -22,6 +22,7 @@ struct WorkerOptions {
   double timeout_s = 3600;
   int rank = 0;
   std::string device;
+  std::string row = "member";   ///< what the log calls a row
   int ranks = 1;                ///< with `rank`: whose member is whose where locks do not work
   bool locks = true;            ///< false: members go by rank (see Claims::work and hold_probe)
   bool wait_for_others = true;  ///< stay until every member has ended, to take over from a rank that dies
@@ -30,6 +31,10 @@ struct WorkerOptions {
 };
 
 enum class WorkerEnd { finished, interrupted };
+
+/// Whether a member that has ended so is tried again: after unstable up to `retries` times with half the
+/// steps each, after failed and timeout as often as it is.
+bool may_try_again(Status status, const Account& account, int retries);
 
 /// The loop of one rank: claims members that have not ended, runs them and commits their rows, until none is
 /// left or an interrupt comes (catch_interrupts). Members are tried again by this run or a later one with

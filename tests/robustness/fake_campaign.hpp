@@ -42,6 +42,7 @@ inline Campaign campaign(std::int64_t members, std::uint64_t seed = 7) {
        {.kind = Distribution::Kind::log_uniform, .a = 0.05, .b = 0.5, .choices = {}}}};
   c.members = members;
   c.seed = seed;
+  c.check_fraction = 0.1;
   c.text = "campaign: {members: " + std::to_string(members) + ", seed: " + std::to_string(seed) + "}\n";
   c.sha256 = "sha256-of-" + std::to_string(members) + "-" + std::to_string(seed);
   return c;
@@ -91,12 +92,23 @@ inline Recording simulate(const Member& member, const Layout& layout) {
   return r;
 }
 
+/// At half the spacing: the same members with features that differ by an error that grows with the first
+/// value.
+inline Recording simulate_fine(const Member& member, const Layout& layout) {
+  Recording r = simulate(member, layout);
+  r.dt_ms /= 2;
+  r.dx_mm /= 2;
+  if (r.outcome == Outcome::done) r.features[0] -= static_cast<float>(0.01 * member.values[0]);
+  return r;
+}
+
 /// Runs a batch as the fake simulator does, taking `per_batch`.
-inline RunBatch run(const Layout& layout, std::chrono::milliseconds per_batch = {}) {
+inline RunBatch run(const Layout& layout, std::chrono::milliseconds per_batch = {},
+                    Recording (*simulator)(const Member&, const Layout&) = simulate) {
   return [=](std::span<const Member> members, double) {
     std::this_thread::sleep_for(per_batch);
     std::vector<Recording> recordings;
-    for (const auto& member : members) recordings.push_back(simulate(member, layout));
+    for (const auto& member : members) recordings.push_back(simulator(member, layout));
     return recordings;
   };
 }

@@ -1,5 +1,6 @@
-// One rank of a campaign without hearts: the store, the claims and the worker as in the real program, with a
-// simulator that only sleeps. Several of them work on one store like ranks of several jobs.
+// One rank of a campaign without hearts: the store, the claims, the worker, the checks and the errors as in
+// the real program, with a simulator that only sleeps. Several of them work on one store like ranks of
+// several jobs.
 //
 //     fake_cohort STORE MEMBERS RANK [MS_PER_BATCH]
 //
@@ -8,7 +9,9 @@
 
 #include <cstdlib>
 
+#include "ensemble/error_estimate.hpp"
 #include "ensemble/interrupt.hpp"
+#include "ensemble/run_checks.hpp"
 #include "ensemble/status.hpp"
 #include "ensemble/store.hpp"
 #include "tests/robustness/fake_campaign.hpp"
@@ -36,7 +39,15 @@ int main(int argc, char** argv) try {
   if (work(store, claims, schema.samples, all, fake::run(layout, per_batch), options) ==
       WorkerEnd::interrupted)
     return 3;
-  return exit_code(store.statuses());
+  Store checks(argv[1], Store::Access::write, checks_group);
+  Claims of_checks(argv[1], store.members());
+  options.members_per_device = 1;  // fine members are large
+  const FineCampaign fine = fine_campaign(campaign.scene, all);
+  if (work_on_checks(store, checks, of_checks, schema, fine,
+                     fake::run(layout, per_batch, fake::simulate_fine), options) == WorkerEnd::interrupted)
+    return 3;
+  write_errors(store, schema, claims);
+  return exit_code(store);
 } catch (const std::exception& error) {
   spdlog::error("{}", error.what());
   return 1;

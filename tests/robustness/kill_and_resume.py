@@ -2,7 +2,8 @@
 """Kills a campaign with SIGKILL again and again, resumes it, and holds the file to what it promises:
 
 - stock h5py opens it at every moment at which it exists;
-- a row that once stood as ended never changes again, and its checksum is right;
+- a row that once stood as ended, of a member or a check, never changes again, and its checksum is right;
+- errors that once stood as written never change again, and their checksum is right;
 - the final file is that of an undisturbed run, to the bit, but for what its attribute `run_dependent` names.
 
 The campaign is a command with {store} and {rank} in it; the same command resumes it.
@@ -29,7 +30,9 @@ import numpy
 
 ENDED = 3  # smallest status of a row that has ended
 CHECKSUMMED = ["members/seed", "parameters", "unit_parameters", "ecg", "pv/pressure", "pv/volume", "displacement", "features",
-               "members/reason", "members/failed_at_ms", "members/dt_ms", "members/dx_mm", "members/error_estimate", "status"]
+               "members/reason", "members/failed_at_ms", "members/dt_ms", "members/dx_mm", "members/step_factor", "status"]
+ERRORS = ["errors/checks", "errors/mean", "errors/rms", "errors/largest", "errors/left_out_rms", "errors/left_out_rms_constant",
+          "errors/model", "members/error_measured", "members/error_estimate"]
 
 
 class Failure(Exception):
@@ -47,30 +50,62 @@ def row_bytes(file, name, row):
     return numpy.ascontiguousarray(file[name][row]).tobytes().ljust(file[name].dtype.itemsize, b"\0")
 
 
+def rows_of_checks(store):
+    """How many rows have ended when this or that check has, after all members."""
+    with h5py.File(store, "r") as file:
+        checks = len(file["checks/status"]) if "checks" in file else 0
+        return range(len(file["status"]), len(file["status"]) + checks + 1)
+
+
 class Witness:
     """Remembers every row that has been seen ended."""
 
     def __init__(self, store):
-        self.store, self.rows, self.looks = store, {}, 0
+        self.store, self.rows, self.checks, self.errors, self.looks = store, {}, {}, None, 0
+
+    def ended(self):
+        return len(self.rows) + len(self.checks)
 
     def look(self):
         if not self.store.exists():
             return
         with h5py.File(self.store, "r") as file:
-            status = file["status"][:]  # first: what it says ended must be whole
             if file.attrs["format"] != "cohort":
                 raise Failure("format")
-            for row in self.rows:
-                if status[row] < ENDED:
-                    raise Failure(f"row {row} had ended and has status {status[row]}")
-            present = [name for name in CHECKSUMMED if name in file]
-            for row in numpy.flatnonzero(status >= ENDED):
-                contents = b"".join(row_bytes(file, name, row) for name in present)
-                if zlib.crc32(contents) != file["members/crc32"][row]:
-                    raise Failure(f"row {row} ended with a wrong checksum")
-                if self.rows.setdefault(row, contents) != contents:
-                    raise Failure(f"row {row} changed after it had ended")
+            self.look_at_errors(file)
+            if "checks" in file:
+                look_at_rows(file["checks"], self.checks)
+            look_at_rows(file, self.rows)
         self.looks += 1
+
+    def look_at_errors(self, file):
+        if "errors" not in file:
+            return
+        if file["errors/state"][0] != 1:  # first: what it says was written must be whole
+            if self.errors is not None:
+                raise Failure("errors that had been written are gone")
+            return
+        contents = b"".join(file[name][()].tobytes() for name in ERRORS)
+        if zlib.crc32(contents) != file["errors/crc32"][0]:
+            raise Failure("errors with a wrong checksum")
+        if self.errors not in (None, contents):
+            raise Failure("errors changed after they had been written")
+        self.errors = contents
+
+
+def look_at_rows(group, rows):
+    """`rows`: bytes of those that have been seen ended; adds to them."""
+    status = group["status"][:]  # first: what it says ended must be whole
+    for row in rows:
+        if status[row] < ENDED:
+            raise Failure(f"{group.name}: row {row} had ended and has status {status[row]}")
+    present = [name for name in CHECKSUMMED if name in group]
+    for row in numpy.flatnonzero(status >= ENDED):
+        contents = b"".join(row_bytes(group, name, row) for name in present)
+        if zlib.crc32(contents) != group["members/crc32"][row]:
+            raise Failure(f"{group.name}: row {row} ended with a wrong checksum")
+        if rows.setdefault(row, contents) != contents:
+            raise Failure(f"{group.name}: row {row} changed after it had ended")
 
 
 def start(command, store, rank, environment=None):
@@ -112,7 +147,8 @@ def is_finished(store):
     if not store.exists():
         return False
     with h5py.File(store, "r") as file:
-        return bool((file["status"][:] >= ENDED).all())
+        rows = ["status", "checks/status"] if "checks" in file else ["status"]
+        return all((file[name][:] >= ENDED).all() for name in rows) and ("errors" not in file or file["errors/state"][0] == 1)
 
 
 def masked(store):
@@ -163,9 +199,9 @@ def kill_at_points(options, store, reference):
     process = start(options.command, store, 0, {"LD_PRELOAD": options.preload, "COHORT_COUNT_CALLS": str(count)})
     process.communicate()
     calls = int(count.read_text())
-    early = range(1, calls // 8)  # the creation of the store and the first commits, where each operation is of its own kind
-    chosen = sorted({*random.sample(early, min(options.points // 2, len(early))),
-                     *random.sample(range(calls // 8, calls + 1), min(options.points - options.points // 2, calls))})
+    # The creation of the store and the first commits, where each operation is of its own kind; the checks and errors at the end.
+    parts = [(range(1, calls // 8), 2), (range(calls // 8, calls * 7 // 8), 4), (range(calls * 7 // 8, calls + 1), 4)]
+    chosen = sorted({point for part, share in parts for point in random.sample(part, min(options.points // share, len(part)))})
     for point in chosen:
         clean(store)
         witness = Witness(store)
@@ -182,7 +218,7 @@ def kill_at_points(options, store, reference):
 
 
 def kill_at_random(options, store, reference, duration):
-    kills = campaigns = looks = during_creation = during_members = 0
+    kills = campaigns = looks = during_creation = during_members = during_checks = 0
     while kills < options.kills:
         clean(store)
         witness = Witness(store)
@@ -196,9 +232,11 @@ def kill_at_random(options, store, reference, duration):
             creating = not store.exists()
             moment = time.monotonic() + random.uniform(0, duration * (0.3 if creating and kills % 2 else 1))
             # The others come once some more rows have ended: a program that starts slowly would else always die in its start.
-            enough = len(witness.rows) + random.randint(1, 16) if kills % 2 == 0 else 0
-            while (len(witness.rows) < enough or time.monotonic() < moment) and any(p.poll() is None for p in running):
-                if enough and len(witness.rows) >= enough:
+            enough = witness.ended() + random.randint(1, 16) if kills % 2 == 0 else 0
+            if kills % 3 == 2 and store.exists():
+                enough = max(enough, random.choice(rows_of_checks(store)))
+            while (witness.ended() < enough or time.monotonic() < moment) and any(p.poll() is None for p in running):
+                if enough and witness.ended() >= enough:
                     break
                 witness.look()
                 time.sleep(0.002)
@@ -207,6 +245,7 @@ def kill_at_random(options, store, reference, duration):
                 victims = alive if random.random() < 0.5 else random.sample(alive, random.randint(1, len(alive)))
                 during_creation += not store.exists()
                 during_members += bool(witness.rows)
+                during_checks += bool(witness.checks)
                 kill(victims)
                 kills += 1
                 witness.look()
@@ -222,7 +261,7 @@ def kill_at_random(options, store, reference, duration):
         no_litter(store)
         compare(store, reference)
     print(f"{kills} kills at random moments of {campaigns} campaigns, {during_creation} before the store stood, "
-          f"{during_members} with members ended; {looks} looks with h5py", flush=True)
+          f"{during_members} with members and {during_checks} with checks ended; {looks} looks with h5py", flush=True)
 
 
 def main():

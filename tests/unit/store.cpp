@@ -105,15 +105,19 @@ TEST_F(StoreTest, IsCreatedWholeWithEveryMemberQueued) {
 
 TEST_F(StoreTest, DatasetsBeginOnPagesAndDoNotOverlap) {
   create(schema(10));
-  const Store store(path_);
   std::vector<std::pair<off_t, off_t>> extents;
-  for (std::size_t i = 0; i < column_count; ++i) {
-    const auto column = static_cast<Column>(i);
-    EXPECT_EQ(store.offset(column) % 4096, 0) << column_specs[i].path;
-    extents.emplace_back(
-        store.offset(column),
-        store.offset(column) + static_cast<off_t>(store.rows(column) * store.row_bytes(column)));
+  for (const char* group : {"", checks_group}) {
+    const Store store(path_, Store::Access::read, group);
+    for (std::size_t i = 0; i < column_count; ++i) {
+      const auto column = static_cast<Column>(i);
+      if (store.rows(column) == 0) continue;
+      EXPECT_EQ(store.offset(column) % 4096, 0) << group << column_specs[i].path;
+      extents.emplace_back(
+          store.offset(column),
+          store.offset(column) + static_cast<off_t>(store.rows(column) * store.row_bytes(column)));
+    }
   }
+  EXPECT_GT(extents.size(), column_count);
   std::sort(extents.begin(), extents.end());
   EXPECT_GT(extents.front().first, 0);
   for (std::size_t i = 1; i < extents.size(); ++i) EXPECT_LE(extents[i - 1].second, extents[i].first);
