@@ -327,6 +327,23 @@ class Store:
         """(N) bool: members whose errors were measured."""
         return self._file["members/error_measured"][:] == 1 if self.errors else numpy.zeros(self.members, bool)
 
+    # A study of stability
+
+    @property
+    def study_groups(self):
+        """(N) why each member is run; None where the store is not one of a study."""
+        return numpy.char.decode(self._file["study/group"][:], "utf-8") if "study/group" in self._file else None
+
+    @property
+    def study_inside(self):
+        """(N) bool: whether all values of the member lie within their documented ranges."""
+        return self._file["study/inside"][:].astype(bool)
+
+    @property
+    def study_outcomes(self):
+        """(N) what each member came to: done, or a cause with "#" for its numbers; empty before the study has ended."""
+        return numpy.char.decode(self._file["study/outcome"][:], "utf-8")
+
     # Speed
 
     @property

@@ -43,6 +43,10 @@ std::vector<std::size_t> shape(Column column, const Schema& schema) {
       return {layout.compartments.empty() ? 0 : layout.pv_ms.size()};
     case Column::time_displacement_ms:
       return {layout.points.empty() ? 0 : layout.displacement_ms.size()};
+    case Column::study_group:
+    case Column::study_inside:
+    case Column::study_outcome:
+      return {schema.study.groups.size()};
     case Column::kernels:
     case Column::calls:
     case Column::device_ms:

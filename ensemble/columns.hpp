@@ -28,6 +28,7 @@ enum class Column {
   finished_unix_s,
   dt_ms,
   dx_mm,
+  step_factor,
   crc32,
   ecg,
   pv_pressure,
@@ -49,6 +50,9 @@ enum class Column {
   time_ecg_ms,
   time_pv_ms,
   time_displacement_ms,
+  study_group,
+  study_inside,
+  study_outcome,
   kernels,
   calls,
   device_ms,
@@ -59,7 +63,7 @@ enum class Column {
   cell_updates,
   slot_wall_s
 };
-inline constexpr std::size_t column_count = 47;
+inline constexpr std::size_t column_count = static_cast<std::size_t>(Column::slot_wall_s) + 1;
 
 enum class ElementType { f8, f4, i8, i4, u8, u4, u1, text };
 
@@ -92,6 +96,7 @@ inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/members/finished_unix_s", ElementType::f8, 0, true, "s"},
     {"/members/dt_ms", ElementType::f8, 0, false, "ms"},
     {"/members/dx_mm", ElementType::f8, 0, false, "mm"},
+    {"/members/step_factor", ElementType::f8, 0, false, nullptr},
     {"/members/crc32", ElementType::u4, 0, false, nullptr},
     {"/ecg", ElementType::f4, 0, false, "mV"},
     {"/pv/pressure", ElementType::f4, 0, false, "mmHg"},
@@ -113,6 +118,9 @@ inline constexpr std::array<ColumnSpec, column_count> column_specs{{
     {"/time/ecg_ms", ElementType::f8, 0, false, "ms"},
     {"/time/pv_ms", ElementType::f8, 0, false, "ms"},
     {"/time/displacement_ms", ElementType::f8, 0, false, "ms"},
+    {"/study/group", ElementType::text, group_bytes, false, nullptr},
+    {"/study/inside", ElementType::u1, 0, false, nullptr},
+    {"/study/outcome", ElementType::text, reason_bytes, false, nullptr},
     {"/performance/kernels", ElementType::text, kernel_name_bytes, true, nullptr},
     {"/performance/calls", ElementType::i8, 0, true, nullptr},
     {"/performance/device_ms", ElementType::f8, 0, true, "ms"},
@@ -157,15 +165,15 @@ constexpr bool is_of_errors(Column column) {
   return column >= Column::error_estimate && column <= Column::error_crc32;
 }
 
-/// Datasets that a file has only where they have rows: series, errors, and those that belong to the checks or
-/// to the members alone.
+/// Datasets that a file has only where they have rows: series, errors, what a study adds, and those that
+/// belong to the checks or to the members alone.
 constexpr bool is_optional(Column column) {
   return is_series(column) || is_of_errors(column) || column == Column::member_of_check ||
-         column >= Column::kernels;
+         (column >= Column::study_group && column <= Column::study_outcome) || column >= Column::kernels;
 }
 
-/// Shape of a dataset under a schema, rows first. Series that are not recorded, and their times, have no rows
-/// and are left out of the file.
+/// Shape of a dataset under a schema, rows first. What is optional and not there has no rows and is left out
+/// of the file.
 std::vector<std::size_t> shape(Column column, const Schema& schema);
 
 }  // namespace cohort

@@ -86,6 +86,7 @@ ExitCode command_plan(const CampaignOptions& options) {
   const std::string checks = check_line(device, campaign, samples, all,
                                         plan.seconds_per_member * static_cast<double>(campaign.members));
   fmt::print("{}\n{}\n", module_table(plan), size_table(plan, campaign, device.info(), checks));
+  for (const std::string& line : campaign.accuracy_lines) fmt::print("{}\n", line);
   for (const std::string& line : conduction_lines(plan)) fmt::print("{}\n", line);
   return ExitCode::done;
 }

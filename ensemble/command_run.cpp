@@ -252,14 +252,17 @@ ExitCode run_members(const RunningCampaign& running, const WorkerOptions& option
 ExitCode command_run(const CampaignOptions& options) {
   const Ranks ranks;
   share_cores(ranks.local());
-  const Campaign campaign = read_on_all(ranks, options);
+  return run_campaign(ranks, read_on_all(ranks, options), options.device);
+}
+
+ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::string& device_name) {
   const Samples samples = sample(campaign);
   const std::vector<Member> all = members(campaign, samples);
   const Schema schema = make_schema(campaign, samples, layout(campaign.scene), COHORT_VERSION);
   require_own_store(ranks, campaign.store, schema);
 
   std::optional<Device> device;
-  ranks.agree([&] { device.emplace(choose_device(options.device, ranks.local())); });
+  ranks.agree([&] { device.emplace(choose_device(device_name, ranks.local())); });
   spdlog::info("rank {} of {} on {}: {} ({})", ranks.rank(), ranks.size(), host_name(), device->info().name,
                device->info().unique_id);
 
@@ -272,6 +275,7 @@ ExitCode command_run(const CampaignOptions& options) {
     });
   });
   if (ranks.first()) {
+    for (const std::string& line : campaign.accuracy_lines) spdlog::info("{}", line);
     spdlog::info("{} members, {} tissue cells, {} steps of {} ms, {} at a time on each device",
                  campaign.members, plan.tissue_cells, plan.steps, plan.dt_ms, plan.members_per_device);
     for (const std::string& line : conduction_lines(plan)) spdlog::info("{}", line);
@@ -282,6 +286,9 @@ ExitCode command_run(const CampaignOptions& options) {
   WorkerOptions worker;
   worker.members_per_device = plan.members_per_device;
   worker.retries = campaign.retries;
+  for (const char* path : {"time.step_factor", "mechanics.step_factor"})
+    if (const int place = campaign.scene.parameters.find(path); place >= 0)
+      worker.step_factors.push_back(static_cast<std::size_t>(place));
   worker.timeout_s = campaign.timeout_s;
   worker.rank = ranks.rank();
   worker.ranks = ranks.size();

@@ -6,6 +6,9 @@
 
 namespace cohort {
 
+struct Campaign;
+class Ranks;
+
 /// What the program returns to the shell.
 enum class ExitCode : int {
   done = 0,         ///< all members done
@@ -30,6 +33,9 @@ struct CampaignOptions {
 // input is thrown as ConfigError or std::runtime_error; what goes wrong once members run is told and returned
 // as ExitCode::interrupted.
 ExitCode command_run(const CampaignOptions& options);
+/// Runs what is unfinished of a campaign, on all ranks; `device` as in CampaignOptions. Every rank has the
+/// same campaign. From the first member on errors are told and returned as ExitCode::interrupted.
+ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::string& device);
 ExitCode command_export(const CampaignOptions& options);
 ExitCode command_plan(const CampaignOptions& options);
 /// Runs a study file (study.hpp).

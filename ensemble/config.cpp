@@ -9,6 +9,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "ensemble/accuracy.hpp"
 #include "ensemble/config_sections.hpp"
 #include "ensemble/identity.hpp"
 #include "ensemble/read_values.hpp"
@@ -136,6 +137,8 @@ Campaign read_root(Node& root, const std::string& text, const std::string& file,
   Node* parameters = take_map(root, "parameters", mistakes);
   Node* section = take_map(root, "campaign", mistakes);
   Node* store = take(root, "store");
+  if (Node* accuracy = take_map(root, "accuracy", mistakes))
+    read_accuracy(*accuracy, file, campaign.accuracy, mistakes);
   check_keys(root, {}, mistakes);
   if (scene) {
     name_levels(*scene, "");
@@ -195,12 +198,34 @@ Campaign read_campaign(const std::string& file, const std::vector<std::string>& 
   return parse_campaign(read_campaign_file(file), file, overrides);
 }
 
-Campaign parse_campaign(const std::string& text, const std::string& file,
-                        const std::vector<std::string>& overrides) {
+namespace {
+
+Campaign parse_as_it_stands(const std::string& text, const std::string& file,
+                            const std::vector<std::string>& overrides) {
   Mistakes mistakes;
   Node root = parse_document(text, file, mistakes);
   Campaign campaign = read_root(root, text, file, overrides, mistakes);
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
+  return campaign;
+}
+
+}  // namespace
+
+Campaign parse_campaign(const std::string& text, const std::string& file,
+                        const std::vector<std::string>& overrides) {
+  Campaign campaign = parse_as_it_stands(text, file, overrides);
+  if (campaign.accuracy.wishes.empty()) return campaign;
+  AccuracyChoice choice = choose_setting(campaign);
+  // What the command line sets stays, and would make the choice's bounds untrue.
+  for (const std::string& chosen : choice.overrides)
+    for (std::size_t i = 0; i < overrides.size(); ++i)
+      if (const std::string path = chosen.substr(0, chosen.find('=') + 1);
+          overrides[i].starts_with(path) || overrides[i].starts_with("scene." + path))
+        throw ConfigError({fmt::format("--set:{}: {} is chosen by accuracy ({}); leave one of them out",
+                                       i + 1, path.substr(0, path.size() - 1), chosen)});
+  choice.overrides.insert(choice.overrides.end(), overrides.begin(), overrides.end());
+  campaign = parse_as_it_stands(text, file, choice.overrides);
+  campaign.accuracy_lines = std::move(choice.lines);
   return campaign;
 }
 

@@ -12,7 +12,8 @@ namespace cohort {
 
 namespace {
 
-constexpr std::array sections = {"scene", "outputs", "parameters", "campaign", "store"};
+constexpr std::array sections = {"scene",    "outputs", "parameters", "campaign",
+                                 "accuracy", "store",   "stability"};
 
 /// Keys from the root of the file down to what `path` names.
 std::vector<std::string> keys_of(const std::string& path) {

@@ -151,27 +151,29 @@ std::string no_such_parameter(const std::string& path, const Scene& scene) {
   return fmt::format("parameter \"{}\" does not exist in this scene{}", path, suggestion(path, paths));
 }
 
+std::string structural(const std::string& path) {
+  return fmt::format(
+      "parameter \"{}\" is structural: all members share it, so it cannot be sampled; set it in scene", path);
+}
+
 }  // namespace
 
+const Parameter* read_path(const Node::Entry& entry, const Scene& scene, Mistakes& mistakes) {
+  const int index = scene.parameters.find(entry.key);
+  const bool usable = index >= 0 && !scene.parameters[index].structural;
+  if (!usable)
+    mistakes.add(entry.place, index < 0 ? no_such_parameter(entry.key, scene) : structural(entry.key));
+  return usable ? &scene.parameters[index] : nullptr;
+}
+
 void read_sampled(Node& map, const std::vector<std::string>& aside, Campaign& campaign, Mistakes& mistakes) {
-  const ParameterTable& table = campaign.scene.parameters;
   for (Node::Entry& entry : map.entries) {
-    const int index = table.find(entry.key);
     const auto holds_it = [&](const std::string& level) { return entry.key.starts_with(level + "."); };
     if (std::any_of(aside.begin(), aside.end(), holds_it)) continue;
-    if (index < 0) {
-      mistakes.add(entry.place, no_such_parameter(entry.key, campaign.scene));
-      continue;
-    }
-    if (table[index].structural) {
-      mistakes.add(entry.place,
-                   fmt::format("parameter \"{}\" is structural: all members share it, so it cannot be "
-                               "sampled; set it in scene",
-                               entry.key));
-      continue;
-    }
+    const Parameter* parameter = read_path(entry, campaign.scene, mistakes);
+    if (!parameter) continue;
     SampledParameter sampled{entry.key, {}};
-    read_distribution(entry.value, table[index], sampled.distribution, mistakes);
+    read_distribution(entry.value, *parameter, sampled.distribution, mistakes);
     campaign.parameters.push_back(std::move(sampled));
   }
 }

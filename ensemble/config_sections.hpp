@@ -9,7 +9,8 @@
 // The parts of read_campaign, one for each section of the file. All add to `mistakes` and never throw.
 namespace cohort {
 
-/// Applies "key=value" of the how-many-th --set to the tree.
+/// Applies "key=value" of the how-many-th --set to the tree of a campaign file or, where the key begins with
+/// the section of a kind of study, of a study file.
 void apply_override(Node& root, const std::string& assignment, int number, Mistakes& mistakes);
 
 /// Adds "--set:1: path why" where a --set gave the parameter `path` its value. Either node may be null.
@@ -44,6 +45,10 @@ void read_parameters(Node& map, ParameterTable& table, Mistakes& mistakes);
 /// Reads `parameters`: the distribution of each sampled parameter, but for those below the levels `aside`,
 /// which the table lacks because of other mistakes.
 void read_sampled(Node& map, const std::vector<std::string>& aside, Campaign& campaign, Mistakes& mistakes);
+
+/// The parameter that the key of `entry` names, or null after a mistake: the scene has none of that name, or
+/// all members share it.
+const Parameter* read_path(const Node::Entry& entry, const Scene& scene, Mistakes& mistakes);
 
 /// Reads `campaign`: how many members, how they are sampled, within what limits. `map` may be null.
 /// `complete`: whether the table has every parameter of the scene; else the points are not looked at.

@@ -100,6 +100,14 @@ void write_dataset(hid_t dataset, hid_t type, const std::vector<T>& values) {
     hdf5::check(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "write");
 }
 
+/// Texts that are no longer than `bytes`.
+void write_texts(hid_t dataset, const std::vector<std::string>& texts, std::size_t bytes) {
+  std::vector<char> packed(texts.size() * bytes, '\0');
+  for (std::size_t i = 0; i < texts.size(); ++i) texts[i].copy(&packed[i * bytes], bytes);
+  const hdf5::Handle type(H5Dget_type(dataset), H5Tclose, "type");
+  write_dataset(dataset, type, packed);
+}
+
 void write_rate(hid_t dataset, const std::vector<double>& times_ms) {
   if (times_ms.size() > 1) hdf5::write_attribute(dataset, "rate_hz", 1000 / (times_ms[1] - times_ms[0]));
 }
@@ -141,6 +149,9 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
       seeds.push_back(random_bits(schema.seed, Stream::member, 0, static_cast<std::uint64_t>(member)));
     }
     write_dataset(dataset, H5T_NATIVE_UINT64, seeds);
+  } else if (column == Column::step_factor) {
+    write_dataset(dataset, H5T_NATIVE_DOUBLE,
+                  std::vector<double>(static_cast<std::size_t>(schema.members), 1));
   } else if (column == Column::rank) {
     write_dataset(dataset, H5T_NATIVE_INT32,
                   std::vector<std::int32_t>(static_cast<std::size_t>(schema.members), -1));
@@ -167,6 +178,10 @@ void describe(hid_t dataset, Column column, const Schema& schema) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.pv_ms);
   } else if (column == Column::time_displacement_ms) {
     write_dataset(dataset, H5T_NATIVE_DOUBLE, layout.displacement_ms);
+  } else if (column == Column::study_group) {
+    write_texts(dataset, schema.study.groups, spec(column).text_bytes);
+  } else if (column == Column::study_inside) {
+    write_dataset(dataset, H5T_NATIVE_UINT8, schema.study.inside);
   }
 }
 
@@ -213,6 +228,7 @@ void write_group(hid_t file, const Schema& schema) {
   }
   if (!schema.layout.compartments.empty()) create_group(file, schema.group + "/pv");
   if (!schema.checked.empty()) create_group(file, "/errors");
+  if (!schema.study.groups.empty()) create_group(file, "/study");
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto column = static_cast<Column>(i);
     if (is_optional(column) && shape(column, schema)[0] == 0) continue;

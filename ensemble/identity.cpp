@@ -117,15 +117,20 @@ std::string sampled(const SampledParameter& parameter) {
 
 }  // namespace
 
+std::string structure_text(const Scene& scene) {
+  return geometry(scene) + physics(scene) + loads(scene);
+}
+
 std::string canonical_text(const Campaign& campaign) {
   const Scene& scene = campaign.scene;
-  std::string text = geometry(scene) + physics(scene) + loads(scene) + outputs(scene);
+  std::string text = structure_text(scene) + outputs(scene);
   for (const Parameter& parameter : scene.parameters.all())
     text += fmt::format("{}={}\n", parameter.path, number(parameter.value));
   for (const SampledParameter& parameter : campaign.parameters) text += sampled(parameter);
-  text += fmt::format("method {} members {} seed {}\n",
-                      word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv"}),
-                      campaign.members, campaign.seed);
+  text +=
+      fmt::format("method {} members {} seed {}\n",
+                  word(campaign.method, {"sobol", "latin_hypercube", "grid", "monte_carlo", "csv", "table"}),
+                  campaign.members, campaign.seed);
   if (const auto checks = check_count(campaign); checks > 0) text += fmt::format("checks {}\n", checks);
   if (!campaign.points_sha256.empty()) text += fmt::format("points {}\n", campaign.points_sha256);
   return text;

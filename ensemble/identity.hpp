@@ -12,4 +12,7 @@ namespace cohort {
 /// are left out: a campaign may be finished under others.
 std::string canonical_text(const Campaign& campaign);
 
+/// The lines of it that tell the structure of a scene without its outputs.
+std::string structure_text(const Scene& scene);
+
 }  // namespace cohort

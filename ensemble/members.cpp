@@ -20,10 +20,20 @@ Samples sample_csv(const Campaign& campaign) {
           points.values};
 }
 
+Samples sample_table(const Campaign& campaign) {
+  const auto rows = static_cast<std::size_t>(campaign.members);
+  if (campaign.points.size() != rows * campaign.points_paths.size())
+    throw std::logic_error("a table of points of another size than its members");
+  return {campaign.points_paths,
+          std::vector<double>(campaign.points.size(), std::numeric_limits<double>::quiet_NaN()),
+          campaign.points};
+}
+
 }  // namespace
 
 Samples sample(const Campaign& campaign) {
   if (campaign.method == Method::csv) return sample_csv(campaign);
+  if (campaign.method == Method::table) return sample_table(campaign);
   const auto sampler = make_sampler(campaign);
   Samples samples;
   for (const auto& parameter : campaign.parameters) samples.paths.push_back(parameter.path);

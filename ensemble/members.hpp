@@ -13,8 +13,8 @@ namespace cohort {
 /// The points of a campaign: what differs between its N members.
 struct Samples {
   std::vector<std::string> paths;  ///< (P) sampled parameters
-  std::vector<double> unit;  ///< (N, P) in [0,1], row-major; NaN where a CSV file gives the physical values
-  std::vector<double> physical;  ///< (N, P)
+  std::vector<double> unit;        ///< (N, P) in [0,1], row-major; NaN where physical values are given
+  std::vector<double> physical;    ///< (N, P)
 };
 
 /// Draws the points of all members. Throws std::invalid_argument where the method cannot give them (see

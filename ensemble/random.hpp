@@ -29,7 +29,8 @@ enum class Stream : std::uint32_t {
   latin_jitter,
   sobol_matrix,
   sobol_shift,
-  member
+  member,
+  corners
 };
 
 /// 64 random bits, a function of the arguments alone. `dimension` counts within the stream, `index` within

@@ -43,9 +43,9 @@ FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members) 
 bool has_open_checks(const Store& store, const Store& checks, const Schema& schema, int retries) {
   for (std::int64_t check = 0; check < checks.members(); ++check) {
     const Status status = checks.status(check);
-    const bool tried_again =
-        status != Status::done && status != Status::rejected && checks.account(check).attempts <= retries;
-    if (!is_final(status) || tried_again || is_wanted_again(store, checks, schema, check)) return true;
+    if (!is_final(status) || may_try_again(status, checks.account(check), retries) ||
+        is_wanted_again(store, checks, schema, check))
+      return true;
   }
   return false;
 }
@@ -55,21 +55,23 @@ WorkerEnd work_on_checks(const Store& store, Store& checks, Claims& claims, cons
   options.timeout_s *= check_cost;
   options.row = "check";
   queue_wanted(store, checks, claims, schema, options);
-  const auto member_of = [&](std::int64_t check) -> const Member& {
-    return fine.members[static_cast<std::size_t>(schema.checked[static_cast<std::size_t>(check)])];
-  };
   std::vector<Member> rows;
-  for (std::int64_t check = 0; check < checks.members(); ++check)
-    rows.push_back({check, member_of(check).values});
+  for (std::int64_t check = 0; check < checks.members(); ++check) {
+    const auto member = schema.checked[static_cast<std::size_t>(check)];
+    rows.push_back({check, fine.members[static_cast<std::size_t>(member)].values});
+    // Half the step with which the member was done, should retries have halved it.
+    for (const std::size_t place : options.step_factors)
+      rows.back().values[place] *= step_factor(store.account(member).halvings);
+  }
   const RunBatch run_those_done = [&](std::span<const Member> batch, double timeout_s) {
     std::vector<Recording> recordings(batch.size(), rejected());
     std::vector<Member> members;
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < batch.size(); ++i) {
-      const Member& member = member_of(batch[i].id);
-      const Status status = store.status(member.id);
+      const auto member = schema.checked[static_cast<std::size_t>(batch[i].id)];
+      const Status status = store.status(member);
       if (is_final(status) && status != Status::done) continue;
-      members.push_back(member);
+      members.push_back({member, batch[i].values});
       places.push_back(i);
     }
     if (members.empty()) return recordings;

@@ -27,9 +27,10 @@ std::unique_ptr<Sampler> make_sampler(Method method, std::uint64_t seed, int dim
     case Method::monte_carlo:
       return monte_carlo(seed, dimensions);
     case Method::csv:
+    case Method::table:
       break;
   }
-  throw std::invalid_argument("a CSV file of points has no sampler");
+  throw std::invalid_argument("points that are given have no sampler");
 }
 
 }  // namespace cohort

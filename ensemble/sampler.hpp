@@ -43,8 +43,8 @@ std::unique_ptr<Sampler> grid(std::vector<std::int64_t> levels, std::int64_t mem
 /// below.
 std::unique_ptr<Sampler> make_sampler(const Campaign& campaign);
 
-/// The sampler of a method. Throws std::invalid_argument as above, and for Method::csv, whose points are
-/// physical.
+/// The sampler of a method. Throws std::invalid_argument as above, and for Method::csv and table, whose
+/// points are physical.
 std::unique_ptr<Sampler> make_sampler(Method method, std::uint64_t seed, int dimensions,
                                       std::int64_t members);
 

@@ -49,10 +49,12 @@ Schema make_schema(const Campaign& campaign, Samples samples, Layout layout, std
   schema.seed = campaign.seed;
   schema.members = campaign.members;
   const auto& table = campaign.scene.parameters;
-  if (campaign.method == Method::csv) {
+  if (campaign.method == Method::csv || campaign.method == Method::table) {
+    const char* prior_name = campaign.method == Method::csv ? "csv" : "table";
     for (const auto& path : samples.paths) {
       const auto& parameter = table[table.index(path)];
-      schema.parameters.push_back({path, parameter.unit, parameter.lower, parameter.upper, "linear", "csv"});
+      schema.parameters.push_back(
+          {path, parameter.unit, parameter.lower, parameter.upper, "linear", prior_name});
     }
   } else {
     for (const auto& sampled : campaign.parameters)
@@ -64,6 +66,7 @@ Schema make_schema(const Campaign& campaign, Samples samples, Layout layout, std
     schema.checked = choose_checks(samples, campaign.members, check_count(campaign));
   schema.samples = std::move(samples);
   schema.layout = std::move(layout);
+  schema.study = campaign.study;
   return schema;
 }
 

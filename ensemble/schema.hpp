@@ -20,14 +20,14 @@ constexpr Status status_of(Outcome outcome) {
   return static_cast<Status>(outcome);
 }
 
-inline constexpr std::size_t reason_bytes = 192, device_bytes = 64, kernel_name_bytes = 64;
+inline constexpr std::size_t reason_bytes = 192, device_bytes = 64, kernel_name_bytes = 64, group_bytes = 64;
 
 /// A sampled parameter as the file describes it.
 struct ParameterColumn {
   std::string path, unit;
   double lower, upper;
   std::string scale;  ///< "linear" or "log"
-  std::string prior;  ///< "uniform [0.5, 1.5]", "normal 10 +- 1 in [7, 14]", "choice {1, 2}", "csv"
+  std::string prior;  ///< "uniform [0.5, 1.5]", "normal 10 +- 1 in [7, 14]", "choice {1, 2}", "csv", "table"
 };
 
 /// Where the checks of a campaign stand in its store.
@@ -45,6 +45,7 @@ struct Schema {
   std::vector<std::int64_t> checked;          ///< members that are run again (choose_checks.hpp)
   double error_order = 1;                     ///< that error estimates assume (error_order())
   std::vector<std::int64_t> member_of_check;  ///< in the schema of the checks: whose check a row is
+  StudyMembers study;                         ///< empty where the campaign is not one of a study
   int performance_slots = 64;                 ///< processes that may report their kernels' times
   int kernels_per_slot = 48;
 };

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -23,10 +24,10 @@ constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What the checksum of a row covers, in this order, and after them the status byte. `seed` differs from row
 /// to row: a row that stands in another's place is found too.
-constexpr Column checksummed[] = {Column::seed,         Column::parameters,  Column::unit_parameters,
-                                  Column::ecg,          Column::pv_pressure, Column::pv_volume,
-                                  Column::displacement, Column::features,    Column::reason,
-                                  Column::failed_at_ms, Column::dt_ms,       Column::dx_mm};
+constexpr Column checksummed[] = {
+    Column::seed,      Column::parameters,   Column::unit_parameters, Column::ecg,    Column::pv_pressure,
+    Column::pv_volume, Column::displacement, Column::features,        Column::reason, Column::failed_at_ms,
+    Column::dt_ms,     Column::dx_mm,        Column::step_factor};
 
 std::string system_message(int error) {
   return std::generic_category().message(error);
@@ -83,6 +84,11 @@ int write_all(int file, const char* bytes, std::size_t count, off_t offset) {
     count -= static_cast<std::size_t>(written);
   }
   return 0;
+}
+
+/// As /members/step_factor has it.
+int halvings_of(double step_factor) {
+  return step_factor > 0 ? static_cast<int>(std::lround(-std::log2(step_factor))) : 0;
 }
 
 double unix_seconds() {
@@ -166,9 +172,8 @@ void Store::require(const Schema& schema) const {
         "{}: was made by another campaign (its text is in the file's attribute `campaign`); its "
         "sha256 is {}, of this one {}; give this campaign another store, or the file another name{}",
         path_.string(), sha256_, schema.sha256,
-        unwritten_error_.rows > 0
-            ? " (it was begun by a version without checks: with campaign.check_fraction=0 it can be finished)"
-            : ""));
+        unwritten_error_.rows > 0 ? "; it is of version 1: finish it with the version of cohort that began it"
+                                  : ""));
   for (std::size_t i = 0; i < column_count; ++i) {
     const auto sizes = shape(static_cast<Column>(i), schema);
     if (static_cast<Column>(i) >= Column::kernels) break;  // how many may report is the file's to say
@@ -249,8 +254,9 @@ void Store::set_status(std::int64_t member, Status status) {
 Account Store::account(std::int64_t member) const {
   const auto row = static_cast<std::size_t>(member);
   const auto device = read_row(Column::device, row);
-  return {read_value<std::int32_t>(Column::attempts, row), read_value<std::int32_t>(Column::crashes, row),
-          read_value<std::int32_t>(Column::rank, row),
+  return {read_value<std::int32_t>(Column::attempts, row),
+          halvings_of(read_value<double>(Column::step_factor, row)),
+          read_value<std::int32_t>(Column::crashes, row), read_value<std::int32_t>(Column::rank, row),
           std::string(device.begin(), std::find(device.begin(), device.end(), '\0'))};
 }
 
@@ -260,7 +266,23 @@ std::string Store::reason(std::int64_t member) const {
 }
 
 double Store::finished_unix_s(std::int64_t member) const {
-  return read_value<double>(Column::finished_unix_s, static_cast<std::size_t>(member));
+  return number(Column::finished_unix_s, member);
+}
+
+double Store::number(Column column, std::int64_t member) const {
+  return read_value<double>(column, static_cast<std::size_t>(member));
+}
+
+std::vector<float> Store::floats(Column column, std::int64_t member) const {
+  const auto bytes = read_row(column, static_cast<std::size_t>(member));
+  std::vector<float> result(bytes.size() / sizeof(float));
+  std::memcpy(result.data(), bytes.data(), result.size() * sizeof(float));
+  return result;
+}
+
+void Store::write_outcome(std::int64_t member, const std::string& outcome) {
+  write_rows_at(Column::study_outcome, static_cast<std::size_t>(member),
+                bytes_of_text(outcome, row_bytes(Column::study_outcome)));
 }
 
 RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recording& recording,
@@ -300,6 +322,8 @@ RowImage Store::prepare(std::int64_t member, const Samples& samples, const Recor
             return bytes_of(recording.dt_ms);
           case Column::dx_mm:
             return bytes_of(recording.dx_mm);
+          case Column::step_factor:
+            return bytes_of(step_factor(account.halvings));
           default:
             throw std::logic_error(std::string("no checksum covers ") + spec(column).path);
         }
@@ -334,6 +358,8 @@ RowImage Store::prepare_requeue(std::int64_t member, const Account& account) con
   image.account_.push_back(
       piece(Column::attempts, row, bytes_of(static_cast<std::int32_t>(account.attempts))));
   image.account_.push_back(piece(Column::crashes, row, bytes_of(static_cast<std::int32_t>(account.crashes))));
+  if (rows(Column::step_factor) > 0)
+    image.account_.push_back(piece(Column::step_factor, row, bytes_of(step_factor(account.halvings))));
   image.status_.push_back(piece(Column::status, row, bytes_of(Status::queued)));
   return image;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <span>
 #include <string>
@@ -40,10 +41,16 @@ int write_rows(int file, std::span<const RowImage> rows);
 /// Who ran a member, and how often it has been tried.
 struct Account {
   int attempts = 0;
-  int crashes = 0;  ///< times that a process crashed or hung with this member among others in its batch
+  int halvings = 0;  ///< how often its steps have been halved: once for each attempt that ended unstable
+  int crashes = 0;   ///< times that a process crashed or hung with this member among others in its batch
   int rank = 0;
   std::string device;
 };
+
+/// What the steps of a member are multiplied by that has ended unstable so often.
+inline double step_factor(int halvings) {
+  return std::ldexp(1.0, -halvings);
+}
 
 /// Times of the kernels of one process, as the report and the file show them.
 struct ProcessPerformance {
@@ -91,12 +98,19 @@ class Store {
   std::string reason(std::int64_t member) const;
   double finished_unix_s(std::int64_t member) const;
 
+  /// What stands in a member's row of a column of f4: a series, or the features; nothing where there is none.
+  std::vector<float> floats(Column column, std::int64_t member) const;
+  /// A member's number in a column of f8 with one a row.
+  double number(Column column, std::int64_t member) const;
+  /// Text of a member in /study/outcome, cut at its length. Throws as commit.
+  void write_outcome(std::int64_t member, const std::string& outcome);
+
   /// The bytes that a member's end writes. `samples` are those of the campaign: the row is written whole, so
   /// that a row that the disk has spoilt is repaired too. Throws std::logic_error where the recording does
   /// not fit the layout.
   RowImage prepare(std::int64_t member, const Samples& samples, const Recording& recording,
                    const Account& account) const;
-  /// The bytes that put a member back to the queue, with its attempts so far.
+  /// The bytes that put a member back to the queue, with its attempts so far and the step factor of the next.
   RowImage prepare_requeue(std::int64_t member, const Account& account) const;
   /// Writes rows in the order of write_rows. Throws std::runtime_error naming the file and the error of the
   /// system.

@@ -10,6 +10,12 @@ const std::vector<StructureKey>& structure_keys() {
       {"outputs", "map", "required", "what is recorded: any of `ecg`, `activation`, `pv`, `displacement`"},
       {"parameters", "map", "none", "what is sampled: PATH of a parameter and its distribution"},
       {"campaign", "map", "one member", "how many members, how they are sampled, within what limits"},
+      {"accuracy", "map of FEATURE: error", "none",
+       "the cheapest measured setting that keeps these errors is chosen; none: as the scene says"},
+      {"accuracy.FEATURE", "`1 %`, `3 ms` or a number in its unit", "-",
+       "largest error of 95 % of members; `%` is of the feature's value"},
+      {"accuracy.measurements", "text", "those built in",
+       "what `cohort study` has measured of such a scene; relative to the campaign file"},
       {"store", "text", "the file's name with .h5", "HDF5 file; relative to the current folder"},
 
       {"precision", "`single`, `double`", "`single`", "floating point of the device"},
@@ -152,7 +158,9 @@ const std::vector<StructureKey>& structure_keys() {
       {"campaign.check_fraction", "number, 0 to 1", "0.02",
        "of the members, run again at half the spacing and the step: `/members/error_estimate`; 0: none"},
       {"campaign.timeout_s", "number, s", "3600", "of one member; a check has 16 times as long"},
-      {"campaign.retries", "whole number", "0", "further attempts of a member that failed"},
+      {"campaign.retries", "whole number", "0",
+       "further attempts of a member that failed or ran out of time, and as many with half the steps each of "
+       "one that ended unstable"},
       {"campaign.members_per_device", "whole number, at least 1", "by size", "members in one launch"},
       {"campaign.memory_limit_GB", "number, GB", "what the device has", "memory of the device to use"},
   };

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "ensemble/config.hpp"
+#include "ensemble/config_sections.hpp"
 #include "ensemble/read_values.hpp"
 
 namespace cohort {
@@ -16,7 +17,7 @@ std::string flow_text(const Node& node) {
     case Node::Kind::null:
       return "null";
     case Node::Kind::scalar:
-      return node.quoted ? '"' + node.text + '"' : node.text;
+      return node.quoted ? fmt::format("\"{}\"", node.text) : node.text;
     case Node::Kind::sequence:
       for (const Node& item : node.items) parts.push_back(flow_text(item));
       return fmt::format("[{}]", fmt::join(parts, ", "));
@@ -44,6 +45,13 @@ Study read_study(const std::string& file, const std::vector<std::string>& overri
       mistakes.add({file, 1, 1}, "a study is a map of keys (kind, base, ...), " + found(root));
     return study;
   }
+  std::vector<std::string> of_base;
+  for (std::size_t i = 0; i < overrides.size(); ++i) {
+    if (overrides[i].starts_with("stability."))
+      apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
+    else
+      of_base.push_back(overrides[i]);
+  }
   name_levels(root, "");
   if (Node* kind = take(root, "kind"))
     study.kind = read_word<Study::Kind>(
@@ -67,7 +75,7 @@ Study read_study(const std::string& file, const std::vector<std::string>& overri
     study.overrides = settings(*set);
     set->read = true;
   }
-  study.overrides.insert(study.overrides.end(), overrides.begin(), overrides.end());
+  study.overrides.insert(study.overrides.end(), of_base.begin(), of_base.end());
   study.store = std::filesystem::path(file).stem().string() + ".h5";
   if (Node* store = take(root, "store")) study.store = read_text(*store, "store", mistakes).value_or("");
   return study;

@@ -20,7 +20,8 @@ struct Study {
 };
 
 /// Reads the keys kind, base, set and store, and leaves the others to the kind, which ends with check_keys.
-/// Adds to `mistakes`; complete only where there are none.
+/// An override of a key of the kind's own section (stability.corners=8) is applied here, all others to the
+/// base. Adds to `mistakes`; complete only where there are none.
 Study read_study(const std::string& file, const std::vector<std::string>& overrides, Mistakes& mistakes);
 
 /// "key=value" of every entry of a map of settings, in its order, values as YAML in one line.

@@ -11,6 +11,7 @@
 #include "ensemble/draw.hpp"
 #include "ensemble/guarded.hpp"
 #include "ensemble/interrupt.hpp"
+#include "ensemble/measure_accuracy.hpp"
 #include "ensemble/work_precision_store.hpp"
 
 namespace cohort {
@@ -56,6 +57,8 @@ ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
     write_study(study.store, study, scenes);
     const std::string csv = std::filesystem::path(store).replace_extension(".csv").string();
     write_text(csv, study_csv(scenes));
+    if (!design.measurements.empty())
+      write_text(design.measurements, measurements_text(measurements_of(study, scenes.front())));
     for (const WorkPrecision& scene : scenes) fmt::print("{}", study_report(scene));
     std::fflush(stdout);
     const std::string picture = std::filesystem::path(store).replace_extension(".png").string();

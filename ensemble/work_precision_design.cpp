@@ -42,7 +42,8 @@ std::vector<Setting> product(const Node& group, const std::string& name) {
         Setting setting = before;
         setting.values.emplace_back(entry.key, flow_text(value));
         if (alternatives.size() > 1 || name.empty())
-          setting.label += (setting.label.empty() ? "" : " ") + called(entry.key, flow_text(value));
+          setting.label +=
+              fmt::format("{}{}", setting.label.empty() ? "" : " ", called(entry.key, flow_text(value)));
         next.push_back(std::move(setting));
       }
     all = std::move(next);
@@ -115,8 +116,8 @@ void check_settings(const Study& study, WorkPrecisionDesign& design) {
     const std::string base = campaign_of(own, {}, study.file).sha256;
     for (Setting& setting : design.settings)
       setting.is_default =
-          campaign_of(own, setting.overrides(), study.file + ": setting \"" + setting.label + "\"").sha256 ==
-          base;
+          campaign_of(own, setting.overrides(), fmt::format("{}: setting \"{}\"", study.file, setting.label))
+              .sha256 == base;
     if (design.reference) campaign_of(own, design.reference->overrides(), study.file + ": reference");
   }
   for (const Setting& setting : design.settings)
@@ -159,6 +160,8 @@ WorkPrecisionDesign read_work_precision(Study& study) {
       design.measurements =
           (std::filesystem::path(study.file).parent_path() / *name).lexically_normal().string();
   check_keys(root, {}, mistakes);
+  if (!design.measurements.empty() && (!design.reference || design.scenes.size() > 1))
+    mistakes.add(root.place, "measurements are of one scene against a reference that is run");
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
 
   check_settings(study, design);

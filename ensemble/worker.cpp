@@ -111,13 +111,10 @@ class Worker {
                        [](Status s) { return s == Status::queued || s == Status::running; });
   }
 
-  bool may_try_again(const Account& account) const { return account.attempts <= options_.retries; }
-
   /// Whether a member of that status is to be run: an earlier run may have ended it with fewer retries.
   bool is_open(std::int64_t id, Status status) const {
     if (status == Status::queued || status == Status::running) return true;
-    const bool retried = status == Status::failed || status == Status::unstable || status == Status::timeout;
-    return retried && may_try_again(store_.account(id));
+    return may_try_again(status, store_.account(id), options_.retries);
   }
 
   /// A member that is "running" and was free to claim: the process that ran it was killed. True where that
@@ -164,6 +161,10 @@ class Worker {
         release(member.id);
         continue;
       }
+      if (status == Status::unstable) {  // in the file before anything can happen to this process
+        ++account.halvings;
+        store_.commit(std::vector{store_.prepare_requeue(member.id, account)});
+      }
       account.rank = options_.rank;
       account.device = options_.device;
       batch.push_back({&member, std::move(account)});
@@ -176,9 +177,11 @@ class Worker {
   RowImage row_after_attempt(const Claimed& claimed, const Recording& recording) const {
     auto account = claimed.account;
     ++account.attempts;
-    const bool retried = recording.outcome == Outcome::failed || recording.outcome == Outcome::unstable ||
-                         recording.outcome == Outcome::timeout;
-    if (retried && may_try_again(account)) return store_.prepare_requeue(claimed.member->id, account);
+    const Status status = status_of(recording.outcome);
+    if (may_try_again(status, account, options_.retries)) {
+      if (status == Status::unstable) ++account.halvings;
+      return store_.prepare_requeue(claimed.member->id, account);
+    }
     return store_.prepare(claimed.member->id, samples_, recording, account);
   }
 
@@ -213,6 +216,11 @@ class Worker {
     std::vector<Member> members;
     for (const auto& claimed : batch) {
       members.push_back(*claimed.member);
+      if (claimed.account.halvings > 0)
+        spdlog::info("{} {}: its steps times {}", options_.row, claimed.member->id,
+                     step_factor(claimed.account.halvings));
+      for (const std::size_t place : options_.step_factors)
+        members.back().values[place] *= step_factor(claimed.account.halvings);
       store_.set_status(claimed.member->id, Status::running);
     }
     guard_.begin({.crash = rows_after_accident(batch, Outcome::failed, "crashed the process that ran it"),
@@ -285,6 +293,12 @@ class Worker {
 };
 
 }  // namespace
+
+bool may_try_again(Status status, const Account& account, int retries) {
+  if (status == Status::unstable) return account.halvings < retries;
+  if (status != Status::failed && status != Status::timeout) return false;
+  return account.attempts - account.halvings <= retries;
+}
 
 WorkerEnd work(Store& store, Claims& claims, const Samples& samples, std::span<const Member> members,
                const RunBatch& run, const WorkerOptions& options) {

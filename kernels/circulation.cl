@@ -18,7 +18,7 @@ kernel void start_circulation(global const real *parameters, global heart_state 
   states[m] = h;
 }
 
-// Up to `steps` steps of step_ms of every member. pressure and volume: (members, COMPARTMENTS, samples) in mmHg and mL.
+// Up to `steps` steps of every member: of the scene's step in ms times the member's factor. pressure and volume: (members, COMPARTMENTS, samples) in mmHg and mL.
 kernel void advance_circulation(global const real *restrict parameters, global heart_state *restrict states,
                                 global heart_status *restrict status, global const wide *restrict numbers,
                                 global float *restrict pressure, global float *restrict volume, const int at_most,
@@ -29,8 +29,9 @@ kernel void advance_circulation(global const real *restrict parameters, global h
   const heart_clock c = load_clock(numbers, at_most, samples);
   heart_state h = states[m];
   const long row = (long)m * COMPARTMENTS * samples;
+  const wide step_ms = numbers[4] * parameters[m * PARAMETERS + STEP_FACTOR];
   for (int k = 0; k < steps && h.ended == RUNNING; ++k)
-    advance_heart(&a, &c, &h, 0, numbers[4], pressure + row, volume + row);
+    advance_heart(&a, &c, &h, 0, step_ms, pressure + row, volume + row);
   states[m] = h;
   status[m] = status_of(&h);
 }
@@ -39,10 +40,6 @@ kernel void advance_circulation(global const real *restrict parameters, global h
 kernel void total_blood(global const heart_state *restrict states, global wide *restrict total, const int count) {
   const int m = get_global_id(0);
   if (m >= count) return;
-  wide sum = 0, lost = 0;
-  for (int i = 0; i < NODES; ++i) {
-    sum += states[m].loop.volume[i];
-    lost += states[m].loop.lost[i];
-  }
-  total[m] = sum - lost;
+  const heart_state h = states[m];
+  total[m] = blood_of(&h.loop);
 }

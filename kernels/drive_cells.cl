@@ -11,18 +11,18 @@
 #define DRIVE(cell) ((cell).V)
 #endif
 
-// parameters (cells, CELL_PARAMETERS); columns, threshold (mV), silent (cells); table (columns, ROW): mV or mM, every `spacing` ms, from
+// parameters (cells, CELL_PARAMETERS); columns, threshold (mV), step_factor, silent (cells); table (columns, ROW): mV or mM, every `spacing` ms, from
 // FOOT samples before the crossing of the threshold on. Of `beats` stimuli, `beat` ms apart, the last one's; before that the cell is at rest,
 // as its model's file says. silent: 1 where a stimulus does not lift the cell so far.
 kernel void run_drives(global const real *restrict parameters, global const int *restrict columns,
-                       global const real *restrict threshold, global real *restrict table, global int *restrict silent,
+                       global const real *restrict threshold, global const real *restrict step_factor, global real *restrict table, global int *restrict silent,
                        const real spacing, const real beat, const int beats, const int cells) {
   const int c = get_global_id(0);
   if (c >= cells) return;
   global real *out = table + (size_t)columns[c] * ROW;
   real p[CELL_PARAMETERS];
   for (int k = 0; k < CELL_PARAMETERS; ++k) p[k] = parameters[c * CELL_PARAMETERS + k];
-  const int substeps = max(1, (int)ceil(spacing * cell_fastest_rate(p) / RESOLUTION));
+  const int substeps = max(1, (int)ceil(spacing * cell_fastest_rate(p) / (RESOLUTION * step_factor[c])));
   const real dt = spacing / substeps;
   const int steps = max(1, (int)rint(beat / dt));
 

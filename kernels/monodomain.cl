@@ -10,6 +10,7 @@
 // -D STRETCH_ACTIVATED: with the current of channels that stretch opens, I_sac / C_m = rate (V - E), rate = g (lambda - 1) /
 //    (lambda_max - 1) of fibres that are longer than at rest (Niederer & Smith 2007, Prog. Biophys. Mol. Biol. 93:90, review such
 //    currents; electromechanics.cl), taken exactly for half a step on either side of the reaction;
+// -D STRANG: unless the splitting is Godunov's;
 // -D STIMULATED: with stimuli (stimulus.clh);  -D ACTIVATION: records activation times;  -D BEATS: and later ones.
 #if !defined(EACH_CELL_MODEL) || !defined(CELL_MODELS) || !defined(MEMBERS)
 #error "monodomain.cl needs cell models and MEMBERS"
@@ -65,6 +66,10 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
   const realv V_old = LOAD(V + i), inverse = LOAD(inverse_capacity + i);
   realv u = fma(dt_diffusion * inverse, diffusion(V_stage, stencil, stride, rows, i), V_old);
 
+#if defined(ACTIVATION) && defined(STRANG)
+  const realv diffused = u;
+#endif
+
 #ifdef STIMULATED
   const realv stimulus = stimulus_mV_per_ms(stimulated_by + i, stimuli + member * STIMULI * STIMULUS_NUMBERS, time_whole, time_fraction, dt);
 #else
@@ -88,7 +93,13 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
   const realv before = LOAD(V_before + i);
   const intv crossed = isless(before, (realv)(threshold)) & isgreaterequal(u, (realv)(threshold));
   if (ANY(crossed)) {
-    const realv when = time_whole + (time_fraction + dt * (threshold - before) / (u - before));
+#ifdef STRANG
+    // What is stored lacks half a step of diffusion at either end; a crossing read from it would be late by first order.
+    const realv way = threshold - before - R(0.5) * (diffused - before);
+#else
+    const realv way = threshold - before;
+#endif
+    const realv when = time_whole + (time_fraction + dt * way / (u - before));
     for (int k = 0; k < WIDTH; ++k) {
       if (!(LANE(u, k) >= threshold && LANE(before, k) < threshold)) continue;
       if (activation[i + k] < 0) activation[i + k] = (float)LANE(when, k);

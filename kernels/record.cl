@@ -9,7 +9,6 @@
 #error "record.cl needs BLOCK"
 #endif
 #define QUANTITIES (LEADS + 1)  // the leads, and the number of cells whose potential is no number of use
-#define LARGEST_POTENTIAL_mV 1000
 #ifndef ROW
 #define ROW QUANTITIES
 #endif
@@ -28,28 +27,51 @@ inline real sum_of_group(real x, local real *scratch) {
   barrier(CLK_LOCAL_MEM_FENCE);
   return total;
 }
+
+// Of the items of a work-group that are `found` the first one's: first (2) becomes the sample and its cell i, what its number x.
+inline void note_first(bool found, int sample, int i, real x, local real *scratch, global int *first, global real *what) {
+  const int item = get_local_id(0);
+  scratch[item] = found ? item : BLOCK;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (int half_size = BLOCK / 2; half_size > 0; half_size /= 2) {
+    if (item < half_size) scratch[item] = fmin(scratch[item], scratch[item + half_size]);
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  if (item == (int)scratch[0]) {
+    first[0] = sample;
+    first[1] = i;
+    what[0] = x;
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+}
 #endif
 
 // Leads of the potential V + dt_half div(D grad V), the half step that closes the splitting; V itself stays.
-// weights (LEADS, stride); partial (QUANTITIES, blocks).
+// weights (LEADS, stride); partial (QUANTITIES, blocks). bounds (members, 2): mV, between which a potential is of use; wild (blocks, 2) and
+// wild_mV (blocks): the first sample at which the block has a potential beyond them, the first such cell, and what it is. wild stands at -1 before.
 kernel void record_blocks(global const real *restrict V, global const real *restrict stencil,
                           global const real *restrict inverse_capacity, global const int8 *restrict neighbours,
-                          global const real *restrict weights, global real *restrict partial, const int stride,
-                          const int blocks, const real dt_half) {
+                          global const real *restrict weights, global const ushort *restrict member_of,
+                          global const real *restrict bounds, global real *restrict partial, global int *restrict wild,
+                          global real *restrict wild_mV, const int stride, const int blocks, const int sample,
+                          const real dt_half) {
 #ifdef GPU
   local real scratch[BLOCK];
   const int i = THIS_CELL, block = get_group_id(0);
   const Rows rows = neighbour_rows(neighbours, i);
   const real inverse = inverse_capacity[i];
   const real u = fma(dt_half * inverse, diffusion(V, stencil, stride, rows, i), V[i]);
-  const bool wild = inverse > 0 && !(fabs(u) < LARGEST_POTENTIAL_mV);
+  const int member = member_of[i / LANES];
+  const bool beyond = inverse > 0 && !(u > bounds[2 * member] && u < bounds[2 * member + 1]);
   for (int q = 0; q < QUANTITIES; ++q) {
-    const real share = q == LEADS ? (wild ? 1 : 0) : inverse > 0 ? weights[i + q * (size_t)stride] * u : 0;
+    const real share = q == LEADS ? (beyond ? 1 : 0) : inverse > 0 ? weights[i + q * (size_t)stride] * u : 0;
     const real total = sum_of_group(share, scratch);
     if (get_local_id(0) == 0) partial[block + q * blocks] = total;
+    if (q == LEADS && total > 0 && wild[2 * block] < 0) note_first(beyond, sample, i, u, scratch, wild + 2 * block, wild_mV + block);
   }
 #else
-  const int block = get_global_id(0);
+  const int block = get_global_id(0), member = member_of[FIRST_CELL / LANES + block * (BLOCK / LANES)];
+  const real low = bounds[2 * member], high = bounds[2 * member + 1];
   realv total[QUANTITIES];
 #pragma unroll
   for (int q = 0; q < QUANTITIES; ++q) total[q] = 0;
@@ -62,7 +84,15 @@ kernel void record_blocks(global const real *restrict V, global const real *rest
     u = WHERE(tissue, u, (realv)(0));
 #pragma unroll
     for (int q = 0; q < LEADS; ++q) total[q] = fma(LOAD(weights + i + q * (size_t)stride), u, total[q]);
-    total[LEADS] += WHERE(isless(fabs(u), (realv)(LARGEST_POTENTIAL_mV)), (realv)(0), (realv)(1));
+    const intv beyond = tissue & !(isgreater(u, (realv)(low)) & isless(u, (realv)(high)));
+    total[LEADS] += WHERE(beyond, (realv)(1), (realv)(0));
+    if (ANY(beyond) && wild[2 * block] < 0) {
+      int k_first = 0;
+      while (((const REAL_INT *)&beyond)[k_first] == 0) ++k_first;
+      wild[2 * block] = sample;
+      wild[2 * block + 1] = i + k_first;
+      wild_mV[block] = LANE(u, k_first);
+    }
   }
 #pragma unroll
   for (int q = 0; q < QUANTITIES; ++q) {

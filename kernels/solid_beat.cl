@@ -36,7 +36,9 @@ kernel void solid_beat(global const real *restrict parameters, global const real
   member_look look = {0, 0, 0, 0, 0};
   if (measured) look = look_at_member(measures, speeds, dashpots, cell_blocks, node_blocks, all_cell_blocks, member, scratch);
   if (item != 0) return;
-  if (measured) take_measures(S, look.speed2, look.collapse, look.energy, h, courant);
+  if (measured)
+    take_measures(S, S[STEP + odd], look.speed2, look.collapse, look.energy, h,
+                  courant * parameters[(size_t)member * PARAMETERS + PARAM_mechanics_step_factor]);
   if (!isfinite((real)sums[RATE_SUM]) || (sampled && !isfinite((real)sums[KINETIC_SUM]))) S[ENDED] = TISSUE_RUNAWAY;
   const wide dt = S[STEP + odd];
 #if ENERGY

@@ -5,11 +5,11 @@
 #endif
 
 // parameters (columns, CELL_PARAMETERS); columns (columns): column of the table; threshold (columns), reference (columns)
-// mV. A stimulus lifts the cell from rest to the threshold and ends there; time 0 of the column is the crossing. A cell
+// mV; step_factor (columns). A stimulus lifts the cell from rest to the threshold and ends there; time 0 of the column is the crossing. A cell
 // that it does not lift so far is silent (columns) 1: its column is no number, but for the rest in front.
 kernel void run_templates(global const real *restrict parameters, global const int *restrict columns,
                           global const real *restrict threshold, global const real *restrict reference,
-                          global real *restrict table, global int *restrict silent, const real interval,
+                          global const real *restrict step_factor, global real *restrict table, global int *restrict silent, const real interval,
                           const int cells) {
   const int c = get_global_id(0);
   if (c >= cells) return;
@@ -17,7 +17,7 @@ kernel void run_templates(global const real *restrict parameters, global const i
   real p[CELL_PARAMETERS];
   for (int k = 0; k < CELL_PARAMETERS; ++k) p[k] = parameters[c * CELL_PARAMETERS + k];
   const real spacing = interval / PHASES;
-  const int substeps = max(1, (int)ceil(spacing * cell_fastest_rate(p) / RESOLUTION));
+  const int substeps = max(1, (int)ceil(spacing * cell_fastest_rate(p) / (RESOLUTION * step_factor[c])));
   const real dt = spacing / substeps;
 
   Cell cell = at_rest(p, dt);

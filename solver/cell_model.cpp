@@ -26,8 +26,19 @@ void read_declaration(CellModel& model, const std::string& kind, std::istringstr
   } else if (kind == "state") {
     CellModel::State state;
     words >> state.name >> state.initial;
-    if (!words) throw std::invalid_argument("want: state NAME INITIAL");
+    if (!words) throw std::invalid_argument("want: state NAME INITIAL [LOWEST HIGHEST]");
+    if (double lowest = 0, highest = 0; words >> lowest >> highest) {
+      state.lowest = lowest;
+      state.highest = highest;
+    }
     model.states.push_back(std::move(state));
+  } else if (kind == "potential") {
+    words >> model.lowest_potential >> model.highest_potential;
+    if (!words) throw std::invalid_argument("want: potential LOWEST HIGHEST [PARAMETER]");
+    if (std::string name; words >> name) {
+      model.potential_unit = parameter_index(model, name);
+      if (model.potential_unit < 0) throw std::invalid_argument("potential: no parameter " + name);
+    }
   } else if (kind == "rest") {
     std::string name;
     words >> name;

@@ -89,4 +89,33 @@ std::vector<std::string> CellModels::parts(const Scene& scene, const std::string
   return result;
 }
 
+std::array<double, 2> potential_bounds(const Scene& scene, const CellModels& models,
+                                       std::span<const double> values) {
+  constexpr double widest_mV = 1000;
+  // Beside electrodes in a bath there is no bound of the cells alone.
+  if (scene.activation_method == ActivationMethod::bidomain) return {-widest_mV, widest_mV};
+  const RegionParameters regions = region_parameters(scene);
+  double lowest = widest_mV, highest = -widest_mV;
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    if (models.of_region()[r] < 0) continue;
+    const CellModel& model = models.all()[static_cast<std::size_t>(models.of_region()[r])];
+    const auto own = values.subspan(static_cast<std::size_t>(regions.cell_first[r]), model.parameters.size());
+    const bool scaled = model.potential_unit >= 0;
+    const double unit = scaled ? own[static_cast<std::size_t>(model.potential_unit)] : 1,
+                 from = scaled ? own[static_cast<std::size_t>(model.rest)] : 0;
+    lowest = std::min(lowest, from + unit * model.lowest_potential);
+    highest = std::max(highest, from + unit * model.highest_potential);
+  }
+  for (const Stimulus& stimulus : scene.stimuli) {
+    const auto value = [&](const char* name) {
+      return values[static_cast<std::size_t>(
+          scene.parameters.index("stimuli." + stimulus.name + "." + name))];
+    };
+    const double lifts_mV = value("amplitude_mV_per_ms") * value("duration_ms");
+    lowest += std::min(lifts_mV, 0.0);
+    highest += std::max(lifts_mV, 0.0);
+  }
+  return {std::max(lowest, -widest_mV), std::min(highest, widest_mV)};
+}
+
 }  // namespace cohort

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,5 +39,10 @@ class CellModels {
   std::vector<CellModel> models_;
   std::vector<int> of_region_;
 };
+
+/// Between which the potential of a member stays (mV): of the models of its regions, and as much beyond as
+/// stimuli add.
+std::array<double, 2> potential_bounds(const Scene& scene, const CellModels& models,
+                                       std::span<const double> values);
 
 }  // namespace cohort

@@ -316,6 +316,7 @@ std::string circulation_tables(const Scene& scene, bool single) {
   }
   text += "#define OPENING_PRESSURE " +
           std::to_string(table.index("circulation.valves.opening_pressure_mmHg")) + "\n";
+  text += "#define STEP_FACTOR " + std::to_string(table.index("time.step_factor")) + "\n";
   text += "#define HEART_STATE_BYTES " + std::to_string(heart_state_bytes) + "\n";
   return text + list("chamber_first", chambers) + list("valve_first", valves) +
          list("vessel_first", vessels) + list("initial_node", nodes) + list("initial_edge", edges);

@@ -23,7 +23,12 @@ std::vector<std::pair<std::string, std::string>> energy_names(const Scene& scene
 /// The balance of a member with this state of its tissue (Solid::state()).
 std::vector<float> energy_balance(const Scene& scene, std::span<const double> tissue);
 
-/// A residual beyond this is told: the motion is not resolved in time.
-inline constexpr double largest_energy_residual = 0.05;
+/// What is left over of a member's balance, over the largest of its terms: a motion that is not resolved in
+/// time, or that runs away, makes or loses energy. Where hardly anything moves, over a hundredth of the
+/// energy stored.
+double energy_left(const Scene& scene, std::span<const double> tissue);
+
+/// With more left over a member ends as unstable.
+inline constexpr double largest_energy_left = 0.05;
 
 }  // namespace cohort

@@ -58,8 +58,12 @@ void Excitation::prepare(std::span<const Member> members) {
   if (bidomain) bidomain->assemble(tissue, diffusion, monodomain, parameters, members);
   if (reaction_eikonal) reaction_eikonal->assemble(tissue, monodomain, parameters, members);
   if (lead_weights) lead_weights->assemble(tissue, diffusion, parameters, members);
+  if (lead_weights) weights_left = recorder.weights_left(tissue, lead_weights->weights());
   if (forward) forward->assemble(tissue, diffusion, parameters, members);
 }
+
+// Of the weights' magnitudes; rounding leaves 1e-8 (solver/README.md, checks).
+constexpr double weights_tolerance = 1e-4;
 
 // Every so many segments of tissue are asked whether they lie in the torso: enough to find a misplaced heart.
 constexpr std::size_t segments_to_a_probe = 8;
@@ -109,6 +113,12 @@ std::string Excitation::defect(std::size_t m, const Member& member) {
     if (!reason.empty()) return reason;
   }
   if (!in_torso(m, member)) return "the heart does not lie inside the torso";
+  if (lead_weights) spdlog::debug("member {}: weights left {:.2g}", member.id, weights_left[m]);
+  if (lead_weights && !(weights_left[m] < weights_tolerance))
+    return fmt::format(
+        "the lead fields are not in balance: the weights of a lead sum up to {:.2g} of their "
+        "magnitudes, so that tissue at rest has an ECG",
+        weights_left[m]);
   return {};
 }
 
@@ -121,18 +131,29 @@ void Excitation::run(std::span<const Member> members, std::span<Recording> recor
     std::vector<Recording*> recordings;
   };
   std::vector<Group> groups;
+  const auto factor = static_cast<std::size_t>(scene.parameters.index("time.step_factor"));
   for (size_t m = 0; m < members.size(); ++m) {
     std::string reason = defect(m, members[m]);
     TimeSteps steps{};
     if (reason.empty() && !eikonal) {
       try {
-        steps = choose_steps(scene, monodomain.fastest_rate()[m], monodomain.diffusion_limit_ms()[m]);
+        steps = choose_steps(scene, monodomain.fastest_rate()[m], monodomain.diffusion_limit_ms()[m],
+                             members[m].values[factor]);
       } catch (const std::runtime_error& error) {
         reason = error.what();
       }
     }
     if (!reason.empty()) {
       reject(recordings[m], reason);
+      continue;
+    }
+    if (const double limit = eikonal ? 0 : reaction_limit_ms(monodomain.fastest_rate()[m]);
+        !eikonal && steps.dt_ms > limit) {
+      end_unstable(
+          recordings[m], 0,
+          fmt::format("the reaction's step of {:.4g} ms is beyond the limit of {:.4g} ms of its fastest "
+                      "rate, at 0 ms",
+                      steps.dt_ms, limit));
       continue;
     }
     for (const std::string& probe : probes_outside(scene, tissue, m, members[m].values))

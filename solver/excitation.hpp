@@ -57,6 +57,9 @@ struct Excitation {
   std::vector<float> activation_times();
   /// What stands on the device when the loop has ended: activation, probes and the features of them.
   void finish(std::span<const Member> members, std::span<Recording* const> recordings);
+  /// Says where and how a member went wrong that has just been told to, or whose cells have.
+  void name_outcome(std::size_t m, double interval_ms, Recording& recording, bool was_done);
+  std::string place_of(std::size_t cell) const;
   /// Ends members whose potentials the elliptic solver could not find.
   void stop_unsolved(std::span<Recording* const> recordings, double time_ms);
   /// ECG and activation of all members of the batch from their arrival times: no time loop. `recordings` of
@@ -77,6 +80,7 @@ struct Excitation {
   std::optional<LeadWeights> lead_weights;
   std::optional<ForwardEcg> forward;
   Recorder recorder;
+  std::vector<double> weights_left;  ///< by member: Recorder::weights_left
   std::optional<Probes> probes;
   std::optional<Observation> observation;
   RecordingWriter writer;

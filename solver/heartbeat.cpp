@@ -170,7 +170,7 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording* const>
     keep(pressure, k, recording.pressure);
     keep(volume, k, recording.volume);
     keep(displacement, k, recording.displacement);
-    store(own[k], k, late, status[k], tissue, recording);
+    store(own[k], k, late ? timeout_s : 0, status[k], tissue, recording);
   }
 }
 
@@ -230,12 +230,15 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
   }
 }
 
-void Heartbeat::store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
+void Heartbeat::store(const Member& member, std::size_t k, double timeout_s, const HeartStatus& status,
                       std::span<const double> tissue, Recording& recording) {
-  const auto fail = [&](Outcome outcome, double time_ms, const std::string& reason) {
-    recording.outcome = outcome;
+  const auto unstable = [&](double time_ms, const std::string& reason) {
+    end_unstable(recording, time_ms, fmt::format("{}, at {:.1f} ms", reason, time_ms));
+  };
+  const auto timeout = [&](double time_ms) {
+    recording.outcome = Outcome::timeout;
     recording.failed_at_ms = time_ms;
-    recording.reason = reason;
+    recording.reason = fmt::format("not finished after {:g} s: at {:.1f} ms", timeout_s, time_ms);
   };
   if (!tissue.empty()) {
     recording.dt_ms = tissue[Solid::largest_step];
@@ -245,18 +248,18 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
         !(least > smallest_volume_ratio))
       end = std::isnan(least) ? SolidEnd::runaway : SolidEnd::inverted;
     if (end != SolidEnd::moves && end != SolidEnd::settled)
-      return fail(Outcome::unstable, tissue[Solid::time],
-                  fmt::format("{}, at {:.1f} ms", solid_->failure(k, end), tissue[Solid::time]));
-    if (end == SolidEnd::moves && late)
-      return fail(Outcome::timeout, tissue[Solid::time], "not finished in the time that a member has");
+      return unstable(tissue[Solid::time], solid_->failure(k, end));
+    spdlog::debug("member {}: its steps took up to {:.3f} of their bound", member.id,
+                  tissue[Solid::step_share]);
+    if (end == SolidEnd::moves && timeout_s > 0) return timeout(tissue[Solid::time]);
   } else if (status.ended == HeartEnd::running) {
-    return fail(Outcome::timeout, status.beats * beat_ms(scene_),
-                "not finished in the time that a member has");
+    return timeout(status.beats * beat_ms(scene_));
   }
-  if (scene_.circulation && recording.dt_ms == 0) recording.dt_ms = circulation_->dt_ms();
+  if (scene_.circulation && recording.dt_ms == 0)
+    recording.dt_ms = circulation_->dt_ms() *
+                      member.values[static_cast<std::size_t>(scene_.parameters.index("time.step_factor"))];
   if (status.ended == HeartEnd::unstable)
-    return fail(Outcome::unstable, static_cast<double>(status.ended_ms),
-                fmt::format("{}, at {:.1f} ms", instability(scene_, status), status.ended_ms));
+    return unstable(static_cast<double>(status.ended_ms), instability(scene_, status));
   if (scene_.beats && most_beats(scene_) > 1 &&
       !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
@@ -281,11 +284,10 @@ void Heartbeat::store(const Member& member, std::size_t k, bool late, const Hear
   }
   if (balances_energy(scene_)) {
     const std::vector<float> balance = energy_balance(scene_, tissue);
-    if (!(std::abs(balance.back()) < largest_energy_residual))
-      spdlog::warn(
-          "member {}: the energy of its tissue does not balance, {:.2g} of the work of active tension is "
-          "left",
-          member.id, balance.back());
+    if (const double left = energy_left(scene_, tissue); !(std::abs(left) < largest_energy_left))
+      return unstable(
+          tissue[Solid::time],
+          fmt::format("the energy of the tissue does not balance: {:.2g} of it is left over", left));
     features.insert(features.end(), balance.begin(), balance.end());
   }
   std::copy(features.rbegin(), features.rend(), recording.features.rbegin());  // the last of layout()

@@ -49,7 +49,8 @@ class Heartbeat {
                        std::span<const std::size_t> beating, Excitation& excitation, const TimeSteps& steps,
                        Clock::time_point start, double timeout_s);
   bool step_until_all_wait(double window_ms, Clock::time_point start, double timeout_s);
-  void store(const Member& member, std::size_t k, bool late, const HeartStatus& status,
+  /// timeout_s: that was over before all had ended, or 0.
+  void store(const Member& member, std::size_t k, double timeout_s, const HeartStatus& status,
              std::span<const double> tissue, Recording& recording);
 
   // Steps between two looks at the speed of waves, which sets the next ones' length; a step grows by 0.1 % at

@@ -51,6 +51,9 @@ std::string instability(const Scene& scene, const HeartStatus& status) {
       text << "coupling oscillation, or tissue that nothing holds: the blood of the " << place
            << " and its volume are " << status.value << " mL apart";
       break;
+    case HeartDefect::leaking:
+      text << "blood is not conserved: " << status.value << " mL more in the loop than at its start";
+      break;
     case HeartDefect::none:
       break;
   }

@@ -9,7 +9,7 @@
 namespace cohort {
 
 enum class HeartEnd : cl_int { running, done, unstable };
-enum class HeartDefect : cl_int { none, no_number, empty, switching, ringing, steep, apart };
+enum class HeartDefect : cl_int { none, no_number, empty, switching, ringing, steep, apart, leaking };
 
 /// How far a member is, as kernels/beats.clh writes it.
 struct HeartStatus {
@@ -42,7 +42,8 @@ class LumpedCirculation {
 
   /// States at their start. parameters: (members, table size).
   void initialise(const cl::Buffer& parameters, int members);
-  /// Enqueues up to `steps` steps of circulation.dt_ms of every member; of elastances alone.
+  /// Enqueues up to `steps` steps of circulation.dt_ms times the member's time.step_factor of every member;
+  /// of elastances alone.
   void advance(const cl::Buffer& parameters, int steps);
   int steps_of_beat() const { return steps_of_beat_; }
   double dt_ms() const { return dt_ms_; }

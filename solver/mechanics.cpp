@@ -195,6 +195,8 @@ void declare_mechanics(Scene& scene) {
       {root + "density_mg_per_mm3", "mg/mm3", 1.06, 1e-3, 100, "mass of tissue in a volume", "muscle: 1.06"});
   table.add({root + "damping_per_ms", "1/ms", 0.02, 0, 100, "damping of the mass in beats",
              "measured: 0 is stable too"});
+  table.add({root + "step_factor", "1", 1, 0.25, 4, "times the largest step that the speed of waves allows",
+             "the bound: solver/README.md"});
   Parameter dx{root + "dx_mm", "mm", 0, 0, 20, "edge of a cell of the mechanics' grid; 0: that of the scene",
                "the scene"};
   dx.structural = true;

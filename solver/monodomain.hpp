@@ -47,12 +47,18 @@ class Monodomain {
   /// The cells' states (states of the model that has most, stride).
   const cl::Buffer& states() const { return states_; }
   const cl::Buffer& stencil() const { return stencil_; }
+  /// Index of each cell's model (stride), where there are several.
+  const cl::Buffer& model_of() const { return model_of_; }
   /// Activation times (activation_fields(scene), stride), kernels/monodomain.cl.
   const cl::Buffer& activation() const { return activation_; }
   /// (stride) bit k where stimulus k acts.
   const std::vector<std::uint8_t>& stimulated_by() const { return stimulated_by_host_; }
   /// (stride) 1/ms, what stretch-activated channels add (kernels/monodomain.cl); 0 after assemble().
   const cl::Buffer& stretch_rate() const { return stretch_rate_; }
+  /// Name of state k of the cells of a region.
+  const std::string& state_name(std::size_t k, std::size_t region) const {
+    return models_.all()[static_cast<std::size_t>(models_.of_region()[region])].states[k].name;
+  }
   double dt_ms() const { return dt_ms_; }
   /// Diffusion that is still to be done where a step ends.
   double open_ms() const { return scene_.splitting == Splitting::strang ? 0.5 * dt_ms_ : 0; }

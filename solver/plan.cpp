@@ -412,7 +412,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     module("torso", false, "no ECG is asked for", {}, 0);
   }
   module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
-         {"record_blocks", "record_totals"},
+         {"record_blocks", "record_totals", "check_cells", "check_members", "check_weights"},
          Recorder::bytes(scene, batch, Recorder::samples_per_fetch, room));
   module("activation times", scene.activation.has_value(),
          scene.activation ? "outputs.activation" : "no activation times are asked for", {},
@@ -443,8 +443,9 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   monodomain.assemble(tissue, diffusion, parameters, {&base, 1});
   warn_of_stimuli(scene, monodomain);
   const TimeSteps steps =
-      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0]);
-  const double bound = 2 / monodomain.fastest_rate()[0];
+      choose_steps(scene, monodomain.fastest_rate()[0], monodomain.diffusion_limit_ms()[0],
+                   scene.parameters.value("time.step_factor"));
+  const double bound = reaction_limit_ms(monodomain.fastest_rate()[0]);
   if (steps.dt_ms > 0.5 * bound)
     spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
                  steps.dt_ms, bound);

@@ -131,7 +131,7 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
   refuse_beyond(plan.bytes, limit, "a batch of " + std::to_string(plan.members_per_device) + " members");
   const double length_ms =
       scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
-  plan.dt_ms = scene.parameters.value("circulation.dt_ms");
+  plan.dt_ms = scene.parameters.value("circulation.dt_ms") * scene.parameters.value("time.step_factor");
   plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
   // A step of one member on a CPU core, measured (solver/README.md); on a GPU one of them all, a guess.
   constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
@@ -232,7 +232,7 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
     }
     warn_of_solid(scene, solid);
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
-    result.dt_ms = solid.first_step_ms(parameters);
+    result.dt_ms = solid.first_step_ms(parameters) * scene.parameters.value("mechanics.step_factor");
     const double length_ms = scene.circulation               ? most_beats(scene) * beat_ms(scene)
                              : scene.mechanics->quasi_static ? 0
                                                              : scene.parameters.value("time.end_ms");

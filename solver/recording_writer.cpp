@@ -1,5 +1,7 @@
 #include "solver/recording_writer.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -63,10 +65,9 @@ void RecordingWriter::store_sample(int sample, double time_ms, const double* row
     const double wild = row[quantities_ - 1];
     if (wild > 0 || std::isnan(wild)) {
       if (recording->outcome == Outcome::done) {
-        recording->outcome = Outcome::unstable;
-        recording->failed_at_ms = time_ms;
-        recording->reason = "the potential is beyond 1000 mV, or no number, in " +
-                            std::to_string(static_cast<std::int64_t>(wild)) + " cells";
+        end_unstable(*recording, time_ms,
+                     fmt::format("the potential is out of bounds, or no number, in {:.0f} cells, at {:g} ms",
+                                 wild, time_ms));
       }
     } else if (scene_.ecg && sample < static_cast<int>(layout_.ecg_ms.size()) &&
                recording->outcome == Outcome::done) {
@@ -101,6 +102,12 @@ void RecordingWriter::store_features(const Tissue& tissue, std::span<const float
     features.insert(features.end(), measured.begin(), measured.end());
   }
   std::copy(features.begin(), features.end(), recording.features.begin());
+}
+
+void end_unstable(Recording& recording, double time_ms, const std::string& reason) {
+  recording.outcome = Outcome::unstable;
+  recording.reason = reason;
+  recording.failed_at_ms = time_ms;
 }
 
 void reject(Recording& recording, const std::string& reason) {

@@ -35,6 +35,9 @@ class RecordingWriter {
 /// Of a member that has not begun: nothing but NaN, in the shapes of layout().
 Recording blank_recording(const Scene& scene);
 
+/// Ends a member that went wrong in its steps: with half of them it may do.
+void end_unstable(Recording& recording, double time_ms, const std::string& reason);
+
 /// Ends a member that cannot run.
 void reject(Recording& recording, const std::string& reason);
 

@@ -35,6 +35,9 @@ void declare_grid_and_time(Scene& scene) {
   add(dx, tissue);
   add(end, !scene.beats);
   add(dt, tissue);
+  table.add({"time.step_factor", "1", 1, 0.25, 4,
+             "times the step of the reaction, chosen or given, and circulation.dt_ms",
+             "the steps as they are"});
   add(rate, tissue);
 }
 

@@ -14,7 +14,7 @@ class LumpedCirculation;
 struct SolidLabels;
 
 /// How a member's tissue ended; kernels/solid.clh.
-enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff };
+enum class SolidEnd { moves, settled, inverted, runaway, unsettled, stiff, overstepped };
 
 /// Deforming tissue of a batch of members on the device: geometry, fields, and the launches of a step
 /// (kernels/solid*.cl). Whoever steps it owns the member's kernel between predict() and move().
@@ -145,6 +145,7 @@ class Solid {
     dissipated,
     balanced_work,
     balance_end = balanced_work + 3,
+    step_share,
     window_end,
     waits,
     held_step,
@@ -164,6 +165,9 @@ class Solid {
   cl::Buffer zeros(std::size_t count);
   /// Local memory of a work-group of solid_forces.
   std::size_t bytes_of_tile() const;
+  /// The node of member k whose waves bounded the step when they were last measured.
+  std::size_t fastest_node(std::size_t k);
+  std::string overstepped(std::size_t k);
   /// `count` numbers of a field from `first` on.
   std::vector<double> read(const cl::Buffer& field, std::size_t count, std::size_t first = 0);
   /// Of a field by tiles: (count, cells).

@@ -60,7 +60,47 @@ std::pair<std::size_t, double> Solid::worst_cell(std::size_t k) {
   return {where, worst};
 }
 
+std::size_t Solid::fastest_node(std::size_t k) {
+  const auto nodes = static_cast<std::size_t>(mesh_.nodes);
+  const std::vector<double> bound = read(cell_bounds_, static_cast<std::size_t>(mesh_.cells));
+  double fastest = -1;
+  std::size_t where = 0;
+  for (auto a = static_cast<std::size_t>(mesh_.node_blocks[k] * SolidMesh::block);
+       a < static_cast<std::size_t>(mesh_.node_blocks[k + 1] * SolidMesh::block); ++a) {
+    if (!(mesh_.inverse_mass[a] > 0)) continue;
+    double met = 0;
+    for (std::size_t c = 0; c < 8; ++c) {
+      const double of_cell = bound[static_cast<std::size_t>(mesh_.corners[a + c * nodes])];
+      met = viscous_ ? std::max(met, of_cell) : met + of_cell * mesh_.inverse_mass[a];
+    }
+    if (met <= fastest) continue;
+    fastest = met;
+    where = a;
+  }
+  return where;
+}
+
+std::string Solid::overstepped(std::size_t k) {
+  const std::vector<double> all = state();
+  const std::span<const double> S = std::span(all).subspan(k * state_size, state_size);
+  const double bound = grid_.dx_mm / std::sqrt(S[largest_speed2]);
+  const std::size_t node = fastest_node(k), nodes = static_cast<std::size_t>(mesh_.nodes);
+  std::ostringstream text;
+  text.precision(3);
+  text << "the tissue's step of " << S[step_share] * bound << " ms is beyond the limit of " << bound
+       << " ms, by waves at (" << mesh_.position[node] << ", " << mesh_.position[node + nodes] << ", "
+       << mesh_.position[node + 2 * nodes] << ") mm, region ";
+  for (std::size_t c = 0; c < 8; ++c)
+    if (const auto cell = static_cast<std::size_t>(mesh_.corners[node + c * nodes]);
+        mesh_.grid_cell[cell] >= 0) {
+      text << scene_.regions[mesh_.region[cell]].name;
+      break;
+    }
+  return text.str();
+}
+
 std::string Solid::failure(std::size_t k, SolidEnd end) {
+  if (end == SolidEnd::overstepped) return overstepped(k);
   const auto [where, worst] = worst_cell(k);
   const std::array<double, 3> X = centre(where);
   std::ostringstream text;
@@ -78,6 +118,7 @@ std::string Solid::failure(std::size_t k, SolidEnd end) {
     case SolidEnd::unsettled:
       text << "the tissue comes to no rest under its loads";
       break;
+    case SolidEnd::overstepped:
     case SolidEnd::moves:
     case SolidEnd::settled:
       break;

@@ -98,6 +98,8 @@ std::vector<TemplateCells> template_cells(const Scene& scene, const CellModels& 
         batch.parameters.insert(batch.parameters.end(), p.begin(), p.end());
         batch.threshold.push_back(threshold_of(members[m]));
         batch.reference.push_back(reference);
+        batch.step_factor.push_back(
+            members[m].values[static_cast<size_t>(scene.parameters.index("time.step_factor"))]);
         batch.columns.push_back(static_cast<int>(m) * columns.total + columns.first[r] + c);
       }
     }

@@ -21,9 +21,10 @@ struct TemplateColumns {
 };
 TemplateColumns template_columns(const Scene& scene);
 
-/// The cells of one cell model: rows of its parameters, and the column of the table that each fills.
+/// The cells of one cell model: rows of its parameters, the member's time.step_factor, and the column of the
+/// table that each fills.
 struct TemplateCells {
-  std::vector<double> parameters, threshold, reference;
+  std::vector<double> parameters, threshold, reference, step_factor;
   std::vector<int> columns;
 };
 /// By model of CellModels, the cells of all members: column m columns.total + ... of member m. ranges

@@ -87,8 +87,8 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
                      options, model.macros());
     runs_.push_back({device.allocate(cells * model.parameters.size() * real),
                      device.allocate(cells * sizeof(int)), device.allocate(cells * real),
-                     device.allocate(cells * real), device.allocate(cells * sizeof(int)),
-                     launcher.handle(program, "run_templates")});
+                     device.allocate(cells * real), device.allocate(cells * real),
+                     device.allocate(cells * sizeof(int)), launcher.handle(program, "run_templates")});
   }
 
   options = definitions.options;
@@ -130,7 +130,7 @@ std::size_t TemplateEcg::bytes(const Device& device, const Scene& scene, int mem
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (columns.count[r] > 0)
       runs += static_cast<std::size_t>(columns.count[r]) *
-              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 4);
+              (models.all()[static_cast<std::size_t>(models.of_region()[r])].parameters.size() + 5);
   return hearts * real *
              (static_cast<std::size_t>(columns.total * (extents.phases + 1)) * row + runs +
               static_cast<std::size_t>(extents.samples) * (LeadWeights::leads + 1)) +
@@ -146,6 +146,7 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
   for (const TemplateCells& batch : batches) {
     all.insert(all.end(), batch.parameters.begin(), batch.parameters.end());
     all.insert(all.end(), batch.threshold.begin(), batch.threshold.end());
+    all.insert(all.end(), batch.step_factor.begin(), batch.step_factor.end());
   }
   cl::CommandQueue& queue = launcher_.queue();
   if (!scene_.heterogeneity.parameters.empty()) {
@@ -159,7 +160,7 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
     Runs& runs = runs_[k];
     for (const auto& [buffer, numbers] :
          {std::pair{&runs.parameters, &batch.parameters}, std::pair{&runs.threshold, &batch.threshold},
-          std::pair{&runs.reference, &batch.reference}}) {
+          std::pair{&runs.reference, &batch.reference}, std::pair{&runs.step_factor, &batch.step_factor}}) {
       const std::vector<std::byte> packed = pack(*numbers, scene_.precision);
       queue.enqueueWriteBuffer(*buffer, CL_TRUE, 0, packed.size(), packed.data());
     }
@@ -167,8 +168,8 @@ void TemplateEcg::run_cells(std::span<const Member> members) {
     launcher_.counted(runs.run, batch.columns.size(),
                       static_cast<double>(batch.columns.size()) * (phases_ + 1) * row_ *
                           static_cast<double>(real_bytes(scene_.precision)),
-                      runs.parameters, runs.columns, runs.threshold, runs.reference, table_, runs.silent,
-                      Real{interval_ms_});
+                      runs.parameters, runs.columns, runs.threshold, runs.reference, runs.step_factor, table_,
+                      runs.silent, Real{interval_ms_});
     std::vector<int> silent(batch.columns.size());
     queue.enqueueReadBuffer(runs.silent, CL_TRUE, 0, silent.size() * sizeof(int), silent.data());
     for (size_t c = 0; c < silent.size(); ++c) {

@@ -61,7 +61,7 @@ class TemplateEcg {
       series_, first_block_;
   /// Of one cell model: the cells that are run for the table.
   struct Runs {
-    cl::Buffer parameters, columns, threshold, reference, silent;
+    cl::Buffer parameters, columns, threshold, reference, step_factor, silent;
     Launcher::Handle run;
   };
   std::vector<Runs> runs_;

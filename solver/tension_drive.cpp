@@ -77,14 +77,15 @@ void TensionDrive::prepare(std::span<const Member> members) {
     for (const TemplateCells& of_model : cells.back()) {
       all.insert(all.end(), of_model.parameters.begin(), of_model.parameters.end());
       all.insert(all.end(), of_model.threshold.begin(), of_model.threshold.end());
+      all.insert(all.end(), of_model.step_factor.begin(), of_model.step_factor.end());
     }
   }
   if (all == last_cells_) return;
   const auto same = [](const std::vector<TemplateCells>& a, const std::vector<TemplateCells>& b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](const TemplateCells& x, const TemplateCells& y) {
-                        return x.parameters == y.parameters && x.threshold == y.threshold;
-                      });
+    return std::equal(
+        a.begin(), a.end(), b.begin(), b.end(), [](const TemplateCells& x, const TemplateCells& y) {
+          return x.parameters == y.parameters && x.threshold == y.threshold && x.step_factor == y.step_factor;
+        });
   };
   std::vector<std::size_t> source;  // by member: the first one with its cells
   for (std::size_t m = 0; m < members.size(); ++m) {
@@ -102,6 +103,7 @@ void TensionDrive::prepare(std::span<const Member> members) {
       const TemplateCells& own = cells[m][k];
       batch.parameters.insert(batch.parameters.end(), own.parameters.begin(), own.parameters.end());
       batch.threshold.insert(batch.threshold.end(), own.threshold.begin(), own.threshold.end());
+      batch.step_factor.insert(batch.step_factor.end(), own.step_factor.begin(), own.step_factor.end());
       for (const int column : own.columns) batch.columns.push_back(static_cast<int>(m) * columns + column);
     }
     const auto reals = [&](const std::vector<double>& host) {
@@ -113,7 +115,7 @@ void TensionDrive::prepare(std::span<const Member> members) {
                       static_cast<double>(count * static_cast<std::size_t>(row_)) *
                           static_cast<double>(real_bytes(scene_.precision)),
                       reals(batch.parameters), upload_new(launcher_, batch.columns), reals(batch.threshold),
-                      table_, silent, Real{spacing_ms}, Real{table_ms(scene_)},
+                      reals(batch.step_factor), table_, silent, Real{spacing_ms}, Real{table_ms(scene_)},
                       static_cast<int>(std::lround(scene_.parameters.value("mechanics.drive_beats"))));
     std::vector<int> host(count);
     queue.enqueueReadBuffer(silent, CL_TRUE, 0, count * sizeof(int), host.data());

@@ -1,3 +1,5 @@
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +11,8 @@ namespace cohort {
 
 namespace {
 constexpr int fetches_per_profile = 16;  // one fetch in so many is timed kernel by kernel
+// Of the charge that diffusion moves; rounding leaves 1e-8 (solver/README.md, checks).
+constexpr double charge_tolerance = 1e-4;
 }  // namespace
 
 void Excitation::stop_unsolved(std::span<Recording* const> recordings, double time_ms) {
@@ -18,10 +22,36 @@ void Excitation::stop_unsolved(std::span<Recording* const> recordings, double ti
         bidomain && !(bidomain->worst_residual()[m] <= bidomain->acceptable_residual());
     const bool torso = forward && !(forward->worst_residual()[m] <= acceptable_forward);
     if (recordings[m]->outcome != Outcome::done || !(extracellular || torso)) continue;
-    recordings[m]->outcome = Outcome::unstable;
-    recordings[m]->failed_at_ms = time_ms;
-    recordings[m]->reason = extracellular ? "the extracellular potential does not converge"
-                                          : "the potential of the torso does not converge";
+    end_unstable(
+        *recordings[m], time_ms,
+        fmt::format("the {} does not converge: its residual is {:.2g}, at {:g} ms",
+                    extracellular ? "extracellular potential" : "potential of the torso",
+                    extracellular ? bidomain->worst_residual()[m] : forward->worst_residual()[m], time_ms));
+  }
+}
+
+std::string Excitation::place_of(std::size_t cell) const {
+  const std::array<double, 3> X = tissue.centre(cell);
+  const std::uint8_t region = tissue.regions[cell];
+  return fmt::format("({:.3g}, {:.3g}, {:.3g}) mm, region {}", X[0], X[1], X[2],
+                     region < scene.regions.size() ? scene.regions[region].name : "none");
+}
+
+void Excitation::name_outcome(std::size_t m, double interval_ms, Recording& recording, bool was_done) {
+  if (!was_done) return;
+  if (recording.outcome == Outcome::unstable) {
+    const Recorder::First first = recorder.first_wild(tissue, m);
+    const std::string value = std::isfinite(first.what) ? fmt::format("{:.4g} mV", first.what) : "none";
+    recording.reason += fmt::format("; first {} at {}, beyond {:.4g} to {:.4g} mV", value,
+                                    place_of(first.cell), recorder.bounds(m)[0], recorder.bounds(m)[1]);
+  } else if (recording.outcome == Outcome::done && recorder.looks()[m].states_beyond) {
+    const Recorder::First first = recorder.first_state_beyond(tissue, m);
+    const double time_ms = first.sample * interval_ms;
+    end_unstable(
+        recording, time_ms,
+        fmt::format("state {} of the cells is beyond what it can be, at {}, at {:g} ms",
+                    monodomain.state_name(static_cast<std::size_t>(first.what), tissue.regions[first.cell]),
+                    place_of(first.cell), time_ms));
   }
 }
 
@@ -45,7 +75,7 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
 
   monodomain.initialise(tissue, parameters, steps.dt_ms, steps.substeps);
   if (bidomain) bidomain->initialise();
-  recorder.prepare(tissue);
+  recorder.prepare(tissue, members);
   if (probes) probes->prepare(tissue, members);
   if (observation) observation->begin(launcher, tissue);
   const cl::Buffer* weights = lead_weights ? &lead_weights->weights() : nullptr;
@@ -54,12 +84,20 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
     int first, count;
   };
   std::optional<Fetch> pending;
+  std::vector<double> net(members.size(), 0), moved(members.size(), 0);  // of charge, the most at any look
   const auto receive = [&](const Fetch& fetch, bool last) {
     const std::vector<double> rows = recorder.fetched(last);
     const auto width = static_cast<size_t>(recorder.quantities()) * members.size();
+    std::vector<bool> was_done;
+    for (const Recording* recording : recordings) was_done.push_back(recording->outcome == Outcome::done);
     for (int k = 0; k < fetch.count; ++k)
       writer.store_sample(fetch.first + k, std::min((fetch.first + k) * interval, end_ms),
                           rows.data() + static_cast<size_t>(k) * width, recordings);
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      name_outcome(m, interval, *recordings[m], was_done[m]);
+      net[m] = std::max(net[m], std::abs(recorder.looks()[m].net));
+      moved[m] = std::max(moved[m], recorder.looks()[m].all);
+    }
   };
 
   std::int64_t step = 0;
@@ -81,6 +119,7 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
       if (observation)
         observation->sample(launcher, tissue, monodomain, closed, first + k,
                             std::min((first + k) * interval, end_ms));
+      if (k == count - 1) recorder.look(tissue, monodomain);
       for (int n = 0; n < steps.per_sample && step < total_steps && !stopped; ++n) {
         advance(static_cast<double>(step) * steps.dt_ms, steps, step == 0);
         ++step;
@@ -98,7 +137,8 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
         if (recording->outcome != Outcome::done) continue;
         recording->outcome = Outcome::timeout;
         recording->failed_at_ms = (first + count) * interval;
-        recording->reason = "not finished after " + std::to_string(timeout_s) + " s";
+        recording->reason = fmt::format("not finished after {:g} s: at {:g} of {:g} ms", timeout_s,
+                                        recording->failed_at_ms, end_ms);
       }
       stopped = true;
     }
@@ -107,6 +147,15 @@ void Excitation::march(const TimeSteps& steps, std::span<const Member> members,
   }
   if (pending) receive(*pending, true);
   launcher.profile(false);
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    spdlog::debug("member {}: of the charge that diffusion moves {:.2g} is left", members[m].id,
+                  moved[m] > 0 ? net[m] / moved[m] : 0);
+    if (recordings[m]->outcome == Outcome::done && net[m] > charge_tolerance * moved[m])
+      end_unstable(
+          *recordings[m], end_ms,
+          fmt::format("charge is not conserved: {:.2g} of what diffusion moves is left over, at {:g} ms",
+                      net[m] / moved[m], end_ms));
+  }
   finish(members, recordings);
   const double share_s = seconds_since(loop_start) / static_cast<double>(members.size());
   for (size_t m = 0; m < members.size(); ++m) {

@@ -1,5 +1,6 @@
 #include "solver/time_steps.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -29,7 +30,7 @@ void check_given_step(const Scene& scene) {
   }
 }
 
-TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion_limit_ms) {
+TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion_limit_ms, double factor) {
   check_given_step(scene);
   const double interval = sampling_interval_ms(scene), given = scene.parameters.value("time.dt_ms");
   TimeSteps steps{};
@@ -46,17 +47,22 @@ TimeSteps choose_steps(const Scene& scene, double fastest_rate, double diffusion
     while (interval / steps.per_sample * fastest_rate > resolution && steps.per_sample < most)
       steps.per_sample *= 2;
   }
+  const double plain_ms = interval / steps.per_sample;
+  constexpr double rounding = 1e-9;
+  steps.per_sample = std::max(1, static_cast<int>(std::ceil(steps.per_sample / factor - rounding)));
   steps.dt_ms = interval / steps.per_sample;
 
+  // Steps of diffusion shorten with those of the reaction: half the step is half of all that is split.
   constexpr double safety = 0.95;
   constexpr int most_substeps = 1024;
+  const double longest_ms = std::max(plain_ms, steps.dt_ms);
   steps.substeps = 1;
-  while (steps.dt_ms / steps.substeps > safety * diffusion_limit_ms) {
+  while (longest_ms / steps.substeps > safety * diffusion_limit_ms) {
     steps.substeps *= 2;
     if (steps.substeps > most_substeps)
       throw std::runtime_error("explicit diffusion is stable up to " + std::to_string(diffusion_limit_ms) +
                                " ms only: more than " + std::to_string(most_substeps) + " substeps of " +
-                               std::to_string(steps.dt_ms) + " ms");
+                               std::to_string(longest_ms) + " ms");
   }
   return steps;
 }

@@ -12,6 +12,7 @@
 //@ parameter resting_mV -80 -120 0 mV "transmembrane potential at u = 0" "Aliev & Panfilov 1996"
 //@ parameter amplitude_mV 100 1 200 mV "transmembrane potential difference between u = 0 and u = 1" "Aliev & Panfilov 1996"
 //@ rest resting_mV
+//@ potential -1 2 amplitude_mV
 //@ state v 0
 //@ derived k k
 //@ derived a a
@@ -44,10 +45,16 @@ real cell_fastest_rate(const real *p) { return p[P_k] / p[P_time_unit_ms]; }
 // Below u = 0, where the paper's rate of recovery has a pole, it keeps its value at 0.
 void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
   const realv u = (*V - d[D_resting]) * d[D_inverse_amplitude], one = 1;
-  const realv epsilon = d[D_epsilon_0] + d[D_mu_1] * fmax(state[S_v], (realv)(0)) / (fmax(u, (realv)(0)) + d[D_mu_2]);
-  const realv z = fmin(d[D_step] * epsilon, (realv)(R(3.4641016)));
-  const realv share = z / fma(z, fma(z, (realv)(R(1.0) / 12), (realv)(R(0.5))), one);  // 1 - exp(-z) to z^5 / 720
-  const realv v = fma(share, d[D_k] * u * (1 + d[D_a] - u) - state[S_v], state[S_v]);
+  const realv slower = d[D_mu_1] / (fmax(u, (realv)(0)) + d[D_mu_2]), to = d[D_k] * u * (1 + d[D_a] - u);
+  // The rate of recovery depends on v: first at v half a step behind, then at what that makes of v beside u.
+  realv v = state[S_v];
+#pragma unroll
+  for (int pass = 0; pass < 2; ++pass) {
+    const realv epsilon = fma(slower, fmax(pass == 0 ? v : R(0.5) * (v + state[S_v]), (realv)(0)), (realv)(d[D_epsilon_0]));
+    const realv z = fmin(d[D_step] * epsilon, (realv)(R(3.4641016)));
+    const realv share = z / fma(z, fma(z, (realv)(R(1.0) / 12), (realv)(R(0.5))), one);  // 1 - exp(-z) to z^5 / 720
+    v = fma(share, to - state[S_v], state[S_v]);
+  }
   const realv rate = u * fma(d[D_k] * (u - d[D_a]), 1 - u, -v) + stimulus * d[D_drive];
   const realv slope = d[D_k] * (u * (2 + 2 * d[D_a] - 3 * u) - d[D_a]) - v;
   const realv x = d[D_step] * slope;

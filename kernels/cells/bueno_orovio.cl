@@ -43,9 +43,10 @@
 //@ parameter resting_mV -84 -120 0 mV "transmembrane potential at u = 0" "Bueno-Orovio et al. 2008, section 2"
 //@ parameter amplitude_mV 85.7 1 200 mV "transmembrane potential difference of u = 1" "Bueno-Orovio et al. 2008, section 2"
 //@ rest resting_mV
-//@ state v 1
-//@ state w 1
-//@ state s 0
+//@ potential -1 4 amplitude_mV
+//@ state v 1 0 1
+//@ state w 1 0 1
+//@ state s 0 0 1
 //@ derived u_o u_o
 //@ derived u_u u_u
 //@ derived theta_v theta_v

@@ -54,26 +54,27 @@
 //@ parameter stimulus_potassium 0 0 1 1 "share of the stimulus that enters as potassium" "Courtemanche et al. 1998, equation 22: none; 1: no charge is lost"
 //@ parameter resting_mV -81.18 -120 0 mV "initial transmembrane potential" "Courtemanche et al. 1998, CellML's digits"
 //@ rest resting_mV
+//@ potential -200 200
 //@ state Cai 0.0001013
 //@ state Carel 1.488
 //@ state Caup 1.488
 //@ state Nai_change 0
 //@ state Ki_change 0
-//@ state m 0.002908
-//@ state h 0.9649
-//@ state j 0.9775
-//@ state oa 0.03043
-//@ state oi 0.9992
-//@ state ua 0.004966
-//@ state ui 0.9986
-//@ state xr 3.296e-5
-//@ state xs 0.01869
-//@ state d 0.0001367
-//@ state f 0.9996
-//@ state fCa 0.7755
-//@ state u 0
-//@ state v 1
-//@ state w 0.9992
+//@ state m 0.002908 0 1
+//@ state h 0.9649 0 1
+//@ state j 0.9775 0 1
+//@ state oa 0.03043 0 1
+//@ state oi 0.9992 0 1
+//@ state ua 0.004966 0 1
+//@ state ui 0.9986 0 1
+//@ state xr 3.296e-5 0 1
+//@ state xs 0.01869 0 1
+//@ state d 0.0001367 0 1
+//@ state f 0.9996 0 1
+//@ state fCa 0.7755 0 1
+//@ state u 0 0 1
+//@ state v 1 0 1
+//@ state w 0.9992 0 1
 //@ derived gNa gNa
 //@ derived gK1 gK1
 //@ derived gto gto

@@ -11,6 +11,7 @@
 //@ parameter resting_mV -85 -120 0 mV "transmembrane potential at u = 0" "usual ventricular resting potential"
 //@ parameter amplitude_mV 125 1 200 mV "transmembrane potential difference between u = 0 and u = 1" "usual ventricular amplitude"
 //@ rest resting_mV
+//@ potential -1 2 amplitude_mV
 //@ state v 0
 //@ derived a a
 //@ derived c1 c1_per_ms

@@ -11,7 +11,8 @@
 //@ parameter resting_mV -85 -120 0 mV "transmembrane potential at v = 0" "usual ventricular resting potential"
 //@ parameter amplitude_mV 105 1 200 mV "transmembrane potential difference between v = 0 and v = 1" "usual ventricular amplitude"
 //@ rest resting_mV
-//@ state h 1
+//@ potential -1 2 amplitude_mV
+//@ state h 1 0 1
 //@ derived inverse_tau_in tau_in_ms
 //@ derived inverse_tau_out tau_out_ms
 //@ derived open_decay tau_open_ms

@@ -68,24 +68,25 @@
 //@ parameter Kbufss_mM 0.00025 1e-5 0.003 mM "half saturation of the subspace's buffer" "ten Tusscher & Panfilov 2006"
 //@ parameter resting_mV -85.23 -120 0 mV "initial transmembrane potential" "Niederer et al. 2011"
 //@ rest resting_mV
+//@ potential -200 200
 //@ state Cai 0.000126
 //@ state CaSR 3.64
 //@ state CaSS 0.00036
 //@ state Nai_change 0
 //@ state Ki_change 0
-//@ state m 0.00172
-//@ state h 0.7444
-//@ state j 0.7045
-//@ state xr1 0.00621
-//@ state xr2 0.4712
-//@ state xs 0.0095
-//@ state r 2.42e-8
-//@ state s 0.999998
-//@ state d 3.373e-5
-//@ state f 0.7888
-//@ state f2 0.9755
-//@ state fcass 0.9953
-//@ state r_prime 0.9073
+//@ state m 0.00172 0 1
+//@ state h 0.7444 0 1
+//@ state j 0.7045 0 1
+//@ state xr1 0.00621 0 1
+//@ state xr2 0.4712 0 1
+//@ state xs 0.0095 0 1
+//@ state r 2.42e-8 0 1
+//@ state s 0.999998 0 1
+//@ state d 3.373e-5 0 1
+//@ state f 0.7888 0 1
+//@ state f2 0.9755 0 1
+//@ state fcass 0.9953 0 1
+//@ state r_prime 0.9073 0 1
 //@ derived gNa gNa
 //@ derived P_CaL_two_F gCaL
 //@ derived gto gto

@@ -30,7 +30,7 @@ import numpy
 
 ENDED = 3  # smallest status of a row that has ended
 CHECKSUMMED = ["members/seed", "parameters", "unit_parameters", "ecg", "pv/pressure", "pv/volume", "displacement", "features",
-               "members/reason", "members/failed_at_ms", "members/dt_ms", "members/dx_mm", "status"]
+               "members/reason", "members/failed_at_ms", "members/dt_ms", "members/dx_mm", "members/step_factor", "status"]
 ERRORS = ["errors/checks", "errors/mean", "errors/rms", "errors/largest", "errors/left_out_rms", "errors/left_out_rms_constant",
           "errors/model", "members/error_measured", "members/error_estimate"]
 

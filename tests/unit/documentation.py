@@ -24,7 +24,7 @@ def coarse(config, spacing_mm=6):
 
 def documents():
     """The texts of all READMEs, CHANGELOG and CONTRIBUTING."""
-    return [path.read_text() for path in sorted([*SOURCE.glob("*.md"), *SOURCE.glob("*/README.md")])]
+    return [path.read_text() for path in sorted([*SOURCE.glob("*.md"), *SOURCE.glob("*/README.md"), *SOURCE.glob("*/*/README.md")])]
 
 
 def blocks(text, language):
@@ -68,6 +68,18 @@ class Documentation(unittest.TestCase):
         ours, default = values(str(self.campaign)), values("configs/ecg.yaml")
         self.assertEqual(len(default) - len(ours), 4)
         self.assertEqual(ours, {path: default[path] for path in ours})
+
+    def test_documented_ranges_are_those_that_are_studied(self):
+        table = re.search(r"^## Documented ranges\n.*?(?=^## )", (SOURCE / "configs/README.md").read_text(), re.MULTILINE | re.DOTALL)[0]
+        rows = re.findall(r"^\| `([\w.]+)` \| (\S+) \| (\S+) \| (\S+) \| (\S+) \|$", table, re.MULTILINE)
+        study = (SOURCE / "configs/studies/heart_stability.yaml").read_text()
+        section = re.search(r"^  ranges:\n((?:    \S+: \[.*\]\n)+)", study, re.MULTILINE)[1]
+        studied = re.findall(r"^    ([\w.]+): \[(\S+), (\S+)\]$", section, re.MULTILINE)
+        self.assertEqual([(path, low, high) for path, _, low, high, _ in rows], studied)
+        self.assertGreater(len(rows), 30)
+        heart = values("configs/heart.yaml")
+        for path, value, _, _, unit in rows:
+            self.assertEqual(heart[path].split()[:2], [unit, value], path)
 
     def check_cohort(self, words):
         words = [str(self.campaign) if word == "campaign.yaml" else word for word in words]
@@ -121,6 +133,9 @@ class Documentation(unittest.TestCase):
         found = 0
         for text in documents():
             for block in blocks(text, "yaml"):
+                if block.startswith("kind: "):
+                    self.check_study(block)
+                    continue
                 with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
                     file.write(block)
                     file.flush()
@@ -128,6 +143,15 @@ class Documentation(unittest.TestCase):
                 self.assertEqual(result.returncode, 0, result.stderr)
                 found += 1
         self.assertGreater(found, 0)
+
+    def check_study(self, block):
+        """A mistake of the command line is the only one."""
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml", dir=SOURCE / "configs/studies") as file:
+            file.write(block)
+            file.flush()
+            result = cohort("study", file.name, "--set", "stability.seed=-1")
+        self.assertRegex(result.stderr, r"\A--set:1: stability.seed [^\n]*\n\Z")
+        self.assertEqual(result.returncode, 1)
 
     def test_every_configuration_is_described(self):
         readme = (SOURCE / "configs/README.md").read_text()

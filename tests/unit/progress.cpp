@@ -68,7 +68,8 @@ TEST(Status, ExitCodes) {
 TEST(Status, ReportCountsAndGathersReasons) {
   const auto path =
       std::filesystem::path(::testing::TempDir()) / ("status_" + std::to_string(getpid()) + ".h5");
-  const auto campaign = fake::campaign(20);
+  auto campaign = fake::campaign(20);
+  campaign.check_fraction = 0;
   const auto schema = make_schema(campaign, sample(campaign), fake::layout(), "test");
   Claims claims(path);
   create_store(path, schema, claims);

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <functional>
 
+#include "tests/kernel_copy.hpp"
 #include "tests/slab.hpp"
 
 namespace cohort::test {
@@ -218,16 +219,35 @@ TEST(Simulation, AMemberThatCannotRunIsRejectedWithItsReasonAndTheOthersRun) {
 TEST(Simulation, AnUnstableMemberSaysWhenAndDoesNotTouchItsNeighbours) {
   Scene scene = coarse_heart();
   scene.activation_method = ActivationMethod::monodomain;  // reaction-eikonal rejects cells without a front
-  scene.parameters[scene.parameters.index("time.dt_ms")].value = 2;  // beyond what the cell model bears
-  const std::vector<Member> members = {
-      member(scene, 0, {{tau_in, 0.05}, {"stimuli.sinus.amplitude_mV_per_ms", 1000}}),
-      member(scene, 1, {{tau_in, 5}, {"stimuli.sinus.amplitude_mV_per_ms", 10}})};
+  scene.parameters[scene.parameters.index("time.dt_ms")].value = 0.1;
+  const std::vector<Member> members = {member(scene, 0, {{tau_in, 0.2}}), member(scene, 1, {{tau_in, 0.5}})};
+  // Upstrokes of the first are no number.
+  const FaultyKernels faulty(
+      "cells/mitchell_schaeffer.cl", "slope_middle, *V);",
+      "slope_middle, *V);\n"
+      "*V = WHERE(isgreater(middle, (realv)(R(0.5))) & isgreater(d[D_inverse_tau_in], (realv)(R(3.0))),"
+      " (realv)(NAN), *V);");
   const std::vector<Recording> recordings = run(scene, members, 2);
   EXPECT_EQ(recordings[0].outcome, Outcome::unstable) << recordings[0].reason;
+  EXPECT_EQ(recordings[0].reason.find("the potential is out of bounds, or no number, in "), 0u)
+      << recordings[0].reason;
   EXPECT_GT(recordings[0].failed_at_ms, 0);
   EXPECT_LE(recordings[0].failed_at_ms, 40);
   EXPECT_EQ(recordings[1].outcome, Outcome::done) << recordings[1].reason;
   EXPECT_EQ(recordings[1].ecg, run(scene, {members[1]}, 1)[0].ecg);
+}
+
+TEST(Simulation, AStepBeyondWhatTheReactionBearsEndsItsMemberAlone) {
+  Scene scene = coarse_heart();
+  scene.activation_method = ActivationMethod::monodomain;
+  scene.parameters[scene.parameters.index("time.dt_ms")].value = 2;
+  const std::vector<Member> members = {member(scene, 0, {{tau_in, 0.05}}), member(scene, 1, {{tau_in, 5}})};
+  const std::vector<Recording> recordings = run(scene, members, 2);
+  EXPECT_EQ(recordings[0].outcome, Outcome::unstable);
+  EXPECT_EQ(recordings[0].failed_at_ms, 0);
+  EXPECT_EQ(recordings[0].reason.find("the reaction's step of 2 ms is beyond the limit of 0.09"), 0u)
+      << recordings[0].reason;
+  EXPECT_EQ(recordings[1].outcome, Outcome::done) << recordings[1].reason;
 }
 
 // A bar on a grid so fine that diffusion takes several substeps.

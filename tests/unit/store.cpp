@@ -32,7 +32,9 @@ class StoreTest : public ::testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
 
   static Schema schema(std::int64_t members, std::uint64_t seed = 7, Layout layout = fake::layout()) {
-    const auto campaign = fake::campaign(members, seed);
+    auto campaign = fake::campaign(members, seed);
+    campaign.study = {std::vector<std::string>(static_cast<std::size_t>(members), "corners"),
+                      std::vector<std::uint8_t>(static_cast<std::size_t>(members), 1)};
     return make_schema(campaign, sample(campaign), std::move(layout), "test");
   }
   void create(const Schema& s) {
@@ -176,8 +178,9 @@ TEST_F(StoreTest, ARowComesBackAsItWasCommitted) {
   create(s);
   Store store(path_, Store::Access::write);
   const auto recording = fake::simulate(members(fake::campaign(4))[2], s.layout);
-  store.commit(std::vector{store.prepare(2, s.samples, recording,
-                                         {.attempts = 2, .crashes = 1, .rank = 3, .device = "a device"})});
+  store.commit(std::vector{
+      store.prepare(2, s.samples, recording,
+                    {.attempts = 2, .halvings = 1, .crashes = 1, .rank = 3, .device = "a device"})});
   EXPECT_EQ(store.statuses(), (std::vector{Status::queued, Status::queued, Status::done, Status::queued}));
   EXPECT_EQ(row<float>(store, Column::ecg, 2), recording.ecg);
   EXPECT_EQ(row<float>(store, Column::pv_pressure, 2), recording.pressure);
@@ -185,6 +188,8 @@ TEST_F(StoreTest, ARowComesBackAsItWasCommitted) {
   EXPECT_EQ(row<float>(store, Column::displacement, 2), recording.displacement);
   const auto account = store.account(2);
   EXPECT_EQ(account.attempts, 2);
+  EXPECT_EQ(account.halvings, 1);
+  EXPECT_EQ(row<double>(store, Column::step_factor, 2), std::vector<double>{0.5});
   EXPECT_EQ(account.crashes, 1);
   EXPECT_EQ(account.rank, 3);
   EXPECT_EQ(account.device, "a device");

@@ -101,6 +101,74 @@ TEST_F(WorkerTest, RetriesWhatMayBeTriedAgain) {
   EXPECT_EQ(store.account(2).attempts, 2);
 }
 
+/// Member 3 is unstable with steps (the fake campaign's last parameter) of more than `bound`.
+RunBatch bounded(const Layout& layout, double bound) {
+  return [=](std::span<const Member> batch, double) {
+    std::vector<Recording> recordings;
+    for (const auto& member : batch) {
+      recordings.push_back(fake::simulate(member, layout));
+      if (member.id != 3 || member.values[2] <= bound) continue;
+      recordings.back() = {};
+      recordings.back().outcome = Outcome::unstable;
+    }
+    return recordings;
+  };
+}
+
+TEST_F(WorkerTest, RetriesOfTheUnstableHalveTheirSteps) {
+  options_.step_factors = {2};  // 150 of all members
+  options_.retries = 3;
+  EXPECT_EQ(work(bounded(layout_, 40)), WorkerEnd::finished);
+  const Store store(path_);
+  EXPECT_EQ(store.statuses(), expected());
+  EXPECT_EQ(store.account(3).attempts, 3);
+  EXPECT_EQ(store.account(3).halvings, 2);  // 37.5
+  EXPECT_EQ(store.account(4).halvings, 0);
+  EXPECT_EQ(store.account(5).halvings, 3);
+  EXPECT_EQ(store.account(17).halvings, 0);  // failed: tried again as it is
+  EXPECT_EQ(store.account(17).attempts, 4);
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(store.row_is_intact(i));
+}
+
+TEST_F(WorkerTest, StepsAreHalvedByALaterRunToo) {
+  options_.step_factors = {2};
+  EXPECT_EQ(work(bounded(layout_, 80)), WorkerEnd::finished);
+  EXPECT_EQ(Store(path_).status(3), Status::unstable);
+  EXPECT_EQ(Store(path_).account(3).halvings, 0);
+  options_.retries = 1;
+  EXPECT_EQ(work(bounded(layout_, 80)), WorkerEnd::finished);
+  EXPECT_EQ(Store(path_).status(3), Status::done);
+  EXPECT_EQ(Store(path_).account(3).halvings, 1);
+}
+
+TEST_F(WorkerTest, NeitherKillsNorTimeoutsHalveSteps) {
+  options_.step_factors = {2};
+  options_.retries = 2;
+  options_.members_per_device = 1;
+  const fs::path calls = folder_ / "calls";
+  // Of member 3: unstable, killed, a timeout, unstable, killed, done.
+  const auto run = [&](std::span<const Member> batch, double timeout) {
+    std::vector<Recording> recordings = bounded(layout_, 40)(batch, timeout);
+    if (batch[0].id != 3) return recordings;
+    fs::create_directories(calls);
+    const auto call = std::distance(fs::directory_iterator(calls), fs::directory_iterator());
+    fs::create_directory(calls / std::to_string(call));
+    if (call == 1 || call == 4) raise(SIGKILL);
+    if (call != 2) return recordings;
+    recordings[0] = {};
+    recordings[0].outcome = Outcome::timeout;
+    return recordings;
+  };
+  int kills = 0;
+  for (int status = -1; status != 0 && kills < 10; kills += status != 0) status = work_apart(run);
+  EXPECT_EQ(kills, 2);
+  const Store store(path_);
+  EXPECT_EQ(store.status(3), Status::done);
+  EXPECT_EQ(store.account(3).halvings, 2);
+  EXPECT_EQ(store.account(3).attempts, 4);
+  EXPECT_TRUE(store.row_is_intact(3));
+}
+
 TEST_F(WorkerTest, ALaterRunWithMoreRetriesTriesAgainWhatFailed) {
   EXPECT_EQ(work(fake::run(layout_)), WorkerEnd::finished);
   std::vector<std::int64_t> tried;

@@ -140,7 +140,8 @@ SolidEnd steps_to_end(SolidRun& run) {
   return static_cast<SolidEnd>(static_cast<int>(run.solid->state()[Solid::ended]));
 }
 bool failed(SolidEnd end) {
-  return end == SolidEnd::inverted || end == SolidEnd::runaway || end == SolidEnd::stiff;
+  return end == SolidEnd::inverted || end == SolidEnd::runaway || end == SolidEnd::stiff ||
+         end == SolidEnd::overstepped;
 }
 
 TEST(SolidOutcomes, ACalmMemberSettles) {

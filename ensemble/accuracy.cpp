@@ -1,0 +1,208 @@
+#include "ensemble/accuracy.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "ensemble/config.hpp"
+#include "ensemble/feature_names.hpp"
+#include "ensemble/measurements.hpp"
+#include "ensemble/read_values.hpp"
+
+namespace cohort {
+
+namespace {
+
+bool holds(const std::vector<std::string>& lines, const std::string& line) {
+  return std::find(lines.begin(), lines.end(), line) != lines.end();
+}
+
+/// Why measurements are not of this scene; empty where they are.
+std::string other_scene(const Measurements& measurements, const Scene& scene) {
+  const std::vector<std::string> own = scene_structure(scene);
+  for (const std::string& line : measurements.structure)
+    if (!holds(own, line)) return fmt::format("it was measured with \"{}\"", line);
+  for (const std::string& line : own)
+    if (!holds(measurements.structure, line) && !holds(measurements.varied, line))
+      return fmt::format("it was measured without \"{}\"", line);
+  return {};
+}
+
+Measurements find_measurements(const Campaign& campaign) {
+  const Accuracy& accuracy = campaign.accuracy;
+  if (!accuracy.measurements.empty()) {
+    Measurements result = read_measurements(read_campaign_file(accuracy.measurements), accuracy.measurements);
+    if (const std::string why = other_scene(result, campaign.scene); !why.empty())
+      throw ConfigError({fmt::format("{}: {} is of another scene: {}", accuracy.where, result.file, why)});
+    return result;
+  }
+  std::string whys;
+  for (const auto& [name, text] : built_in_measurements()) {
+    Measurements result = read_measurements(text, name);
+    const std::string why = other_scene(result, campaign.scene);
+    if (why.empty()) return result;
+    whys += fmt::format("; {}: {}", name, why);
+  }
+  throw ConfigError({fmt::format(
+      "{}: nobody has measured such a scene; `cohort study` does, and accuracy.measurements names its file{}",
+      accuracy.where, whys)});
+}
+
+/// Whether x is what was measured: the same number, or within what was sampled.
+bool was_measured(const Measurements& measurements, const std::map<std::string, double>& own,
+                  const std::string& path, double low, double high) {
+  if (const auto sampled = measurements.sampled.find(path); sampled != measurements.sampled.end())
+    return low >= sampled->second.first && high <= sampled->second.second;
+  if (low != high) return false;
+  const auto there = measurements.values.find(path), here = own.find(path);
+  if (here == own.end()) return there == measurements.values.end();
+  return there != measurements.values.end() && there->second == low;
+}
+
+/// Paths whose values or ranges lie outside of what was measured.
+std::vector<std::string> beyond(const Measurements& measurements, const Campaign& campaign) {
+  std::set<std::string> set_by_settings;
+  for (const MeasuredSetting& setting : measurements.settings)
+    for (const auto& [path, value] : setting.set) set_by_settings.insert(path);
+  const std::map<std::string, double> own = own_values(campaign.scene);
+  std::vector<std::string> result;
+  for (const Parameter& parameter : campaign.scene.parameters.all()) {
+    const std::string& path = parameter.path;
+    if (set_by_settings.contains(path) || path.starts_with("outputs.")) continue;
+    const auto sampled = std::find_if(campaign.parameters.begin(), campaign.parameters.end(),
+                                      [&](const SampledParameter& p) { return p.path == path; });
+    double low = parameter.value, high = parameter.value;
+    if (sampled != campaign.parameters.end()) {
+      low = sampled->distribution.value(0);
+      high = sampled->distribution.value(1);
+    } else if (std::isnan(low)) {
+      continue;
+    }
+    if (!was_measured(measurements, own, path, low, high)) result.push_back(path);
+  }
+  return result;
+}
+
+struct Asked {
+  std::string feature, unit;
+  AccuracyWish wish;
+};
+
+std::vector<Asked> asked_for(const Measurements& measurements, const Accuracy& accuracy) {
+  std::vector<std::string> names;
+  for (const auto& [name, unit] : measurements.features) names.push_back(name);
+  std::vector<Asked> result;
+  std::vector<std::string> mistakes;
+  for (const AccuracyWish& wish : accuracy.wishes) {
+    const auto place = find_feature(names, wish.feature);
+    if (!place) {
+      mistakes.push_back(fmt::format("{}: accuracy.{}; measured in {}", accuracy.where,
+                                     no_such_feature(names, wish.feature), measurements.file));
+      continue;
+    }
+    const std::string& unit = measurements.features.at(names[*place]);
+    if (!wish.unit.empty() && wish.unit != "%" && wish.unit != unit)
+      mistakes.push_back(fmt::format("{}: accuracy.{} is in {}; the feature is in {} (or %)", accuracy.where,
+                                     wish.feature, wish.unit, unit));
+    result.push_back({names[*place], unit, wish});
+  }
+  if (!mistakes.empty()) throw ConfigError(mistakes);
+  return result;
+}
+
+/// Bound of a setting in the unit of the wish.
+double bound_of(const MeasuredSetting& setting, const Asked& asked) {
+  const auto error = setting.errors.find(asked.feature);
+  if (error == setting.errors.end()) return std::numeric_limits<double>::infinity();
+  return asked.wish.unit == "%" ? error->second.bound_percent : error->second.bound;
+}
+
+std::string unit_of(const Asked& asked) {
+  return asked.wish.unit.empty() ? asked.unit : asked.wish.unit;
+}
+
+}  // namespace
+
+void read_accuracy(Node& map, const std::string& file, Accuracy& accuracy, Mistakes& mistakes) {
+  accuracy.where = fmt::format("{}:{}:{}", map.place.file, map.place.line, map.place.column);
+  if (Node* node = take(map, "measurements"))
+    if (const auto name = read_text(*node, "accuracy.measurements", mistakes))
+      accuracy.measurements = (std::filesystem::path(file).parent_path() / *name).lexically_normal().string();
+  for (Node::Entry& entry : map.entries) {
+    if (entry.key == "measurements") continue;
+    map.known.insert(entry.key);
+    entry.value.read = true;
+    char* end = nullptr;
+    const std::string& text = entry.value.text;
+    const double error = entry.value.kind == Node::Kind::scalar ? std::strtod(text.c_str(), &end) : 0;
+    if (!end || end == text.c_str() || !std::isfinite(error) || !(error > 0)) {
+      mistakes.add(entry.value.place,
+                   fmt::format("accuracy.{} is an error above 0 such as \"1 %\" or \"3 ms\", {}", entry.key,
+                               found(entry.value)));
+      continue;
+    }
+    std::string unit = end;
+    unit.erase(0,
+               unit.find_first_not_of(' ') == std::string::npos ? unit.size() : unit.find_first_not_of(' '));
+    accuracy.wishes.push_back({entry.key, error, unit});
+  }
+  if (accuracy.wishes.empty() && mistakes.empty())
+    mistakes.add(map.place, "accuracy names no feature: {LV_EF: 1 %, QRS: 3 ms}, say");
+}
+
+AccuracyChoice choose_setting(const Campaign& campaign) {
+  const Measurements measurements = find_measurements(campaign);
+  const std::vector<Asked> all = asked_for(measurements, campaign.accuracy);
+  std::vector<const MeasuredSetting*> sorted;
+  for (const MeasuredSetting& setting : measurements.settings) sorted.push_back(&setting);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const MeasuredSetting* a, const MeasuredSetting* b) {
+    return a->device_s < b->device_s;
+  });
+  AccuracyChoice choice;
+  std::vector<std::string> refused;
+  for (const MeasuredSetting* setting : sorted) {
+    std::vector<std::string> bounds;
+    bool meets = true;
+    for (const Asked& asked : all) {
+      const double bound = bound_of(*setting, asked);
+      meets = meets && bound <= asked.wish.error;
+      bounds.push_back(std::isfinite(bound)
+                           ? fmt::format("{} {:.3g} {}", asked.feature, bound, unit_of(asked))
+                           : fmt::format("{} not known", asked.feature));
+    }
+    const std::string told = fmt::format("{} ({:.3g} s a member on {}): {}", setting->label,
+                                         setting->device_s, measurements.device, fmt::join(bounds, ", "));
+    if (!meets) {
+      refused.push_back(told);
+      continue;
+    }
+    for (const auto& [path, value] : setting->set) choice.overrides.push_back(path + "=" + value);
+    choice.lines.push_back(fmt::format("accuracy: {}, the cheapest that meets it of {} measured in {}", told,
+                                       sorted.size(), measurements.file));
+    for (const std::string& line : refused) choice.lines.push_back("accuracy: too coarse is " + line);
+    const std::vector<std::string> paths = beyond(measurements, campaign);
+    constexpr std::size_t most_told = 5;
+    if (!paths.empty())
+      choice.lines.push_back(fmt::format(
+          "accuracy: {} parameters are not as they were measured, which these bounds do not cover: {}{}",
+          paths.size(),
+          fmt::join(paths.begin(),
+                    paths.begin() + static_cast<std::ptrdiff_t>(std::min(paths.size(), most_told)), ", "),
+          paths.size() > most_told ? ", ..." : ""));
+    return choice;
+  }
+  std::vector<std::string> lines = {fmt::format(
+      "{}: no setting measured in {} is as accurate as asked for; they have, for 95 % of members:",
+      campaign.accuracy.where, measurements.file)};
+  lines.insert(lines.end(), refused.begin(), refused.end());
+  throw ConfigError(lines);
+}
+
+}  // namespace cohort

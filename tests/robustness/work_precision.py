@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""`cohort study` of kind work_precision from its file to picture and measurements, and `accuracy:` that chooses from them.
+
+Usage: work_precision.py COHORT SOURCE_DIR. Needs an OpenCL device. Prints one line for each case; exits 1 if one fails.
+"""
+
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy
+
+COHORT, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
+STUDY = f"""kind: work_precision
+base: {SOURCE}/configs/circulation.yaml
+set: {{campaign.members: 5, time.beats.until_periodic: 0.0001, time.beats.at_most: 30}}
+settings:
+  - {{circulation.dt_ms: [8, 4, 2, 1]}}
+  - {{label: double, circulation.dt_ms: [8, 4], precision: double}}
+reference: {{circulation.dt_ms: 0.1}}
+measures: [volume, LV_EF, lv_peak_mmHg]
+repeats: 2
+measurements: measured.yaml
+store: study.h5
+"""
+failures = 0
+
+
+def expect(name, ok, told=""):
+    global failures
+    failures += not ok
+    print("ok  " if ok else "FAIL", name, "" if ok else told)
+
+
+def cohort(folder, *arguments):
+    return subprocess.run([COHORT, *arguments], cwd=folder, capture_output=True, text=True, timeout=200)
+
+
+def study(folder):
+    (folder / "study.yaml").write_text(STUDY)
+    result = cohort(folder, "study", "study.yaml")
+    expect("the study ends", result.returncode == 0, result.stderr)
+    with h5py.File(folder / "study.h5") as file:
+        scene = file["000"]
+        labels = [label.decode() for label in scene["settings/label"][:]]
+        rms, errors = scene["measures/rms"][:], scene["measures/error"][:]
+        device_s, default = scene["settings/device_s"][:], scene["settings/default"][:]
+        expect("settings, and the default beside them", labels[-1] == "default" and len(labels) == 7, labels)
+        expect("one default", default.sum() == 1 and default[-1] == 1)
+        expect("a time for each repeat", device_s.shape == (7, 2) and (device_s > 0).all())
+        expect("rms is that of the members", numpy.allclose(rms, numpy.sqrt((errors**2).mean(axis=2))))
+        expect("finer steps have smaller errors", (numpy.diff(rms[:, :4], axis=1) < 0).all(), rms)
+        front, times = scene["measures/front"][:], numpy.median(device_s, axis=1)
+        for m in range(3):
+            beaten = [any(times[j] <= times[i] and rms[m, j] <= rms[m, i] and (times[j], rms[m, j]) != (times[i], rms[m, i])
+                          for j in range(7)) for i in range(7)]
+            expect(f"front of measure {m}", [not b for b in beaten] == [f > 0 for f in front[m]])
+    rows = list(csv.DictReader(open(folder / "study.csv", newline="")))
+    expect("a row of the CSV for each setting and measure", len(rows) == 21)
+    expect("orders and rounding are told", "observed order" in result.stdout and "rounding of single" in result.stdout, result.stdout)
+    expect("a picture", (folder / "study.png").read_bytes().startswith(b"\x89PNG"))
+    return dict(zip(labels, rms[1]))
+
+
+def campaign(folder, accuracy, *arguments):
+    text = (SOURCE / "configs" / "circulation.yaml").read_text()
+    (folder / "campaign.yaml").write_text(text + f"accuracy: {accuracy}\n")
+    return cohort(folder, "plan", "campaign.yaml", "--set", "campaign.members=3", "--set", "time.beats.until_periodic=0.0001",
+                  "--set", "time.beats.at_most=30", *arguments)
+
+
+def choices(folder, rms):
+    told = campaign(folder, "{LV_EF: %g, measurements: measured.yaml}" % (20 * rms["circulation 4 ms"])).stdout
+    expect("a wide wish takes a cheap setting", "accuracy: circulation 8 ms" in told or "accuracy: circulation 4 ms" in told
+           or "accuracy: double" in told, told)
+    told = campaign(folder, "{LV_EF: %g, measurements: measured.yaml}" % (6 * rms["circulation 1 ms"])).stdout
+    expect("a narrow one a finer step, and says what is too coarse",
+           "accuracy: circulation 1 ms" in told and "too coarse is circulation 8 ms" in told and "steps of 1 ms" in told, told)
+    for name, accuracy, arguments, message in [
+            ("nothing is good enough", "{LV_EF: 1e-12, measurements: measured.yaml}", [], "no setting measured in measured.yaml is as accurate"),
+            ("a feature that nobody measured", "{QRS: 3 ms, measurements: measured.yaml}", [], "QRS: no such feature"),
+            ("another unit", "{LV_EF: 3 ms, measurements: measured.yaml}", [], "is in ms"),
+            ("no error", "{LV_EF: -1 %, measurements: measured.yaml}", [], "is an error above 0"),
+            ("no number", "{LV_EF: small, measurements: measured.yaml}", [], "is an error above 0"),
+            ("no feature", "{measurements: measured.yaml}", [], "names no feature"),
+            ("no such file", "{LV_EF: 1 %, measurements: nowhere.yaml}", [], "nowhere.yaml: cannot be read"),
+            ("what is chosen is set", "{LV_EF: 1 %, measurements: measured.yaml}", ["--set", "circulation.dt_ms=3"], "is chosen by accuracy"),
+            ("another scene", "{LV_EF: 1 %, measurements: measured.yaml}", ["--set", "precision=double"], None)]:
+        result = campaign(folder, accuracy, *arguments)
+        if message is None:  # precision was varied by the study: it is no other scene
+            expect(name + " that was varied is none", result.returncode == 0, result.stderr)
+        else:
+            expect(name, result.returncode == 1 and message in result.stderr, result.stderr)
+    text = (folder / "measured.yaml").read_text()
+    (folder / "measured.yaml").write_text(text.replace("geometry none", "geometry heart"))
+    result = campaign(folder, "{LV_EF: 1 %, measurements: measured.yaml}")
+    expect("measurements of another scene", result.returncode == 1 and "is of another scene" in result.stderr, result.stderr)
+    (folder / "measured.yaml").write_text(text.replace("version: 1", "version: 99"))
+    result = campaign(folder, "{LV_EF: 1 %, measurements: measured.yaml}")
+    expect("measurements of another version", result.returncode == 1 and "version 99" in result.stderr, result.stderr)
+
+
+def bad_studies(folder):
+    for name, before, after, message in [
+            ("no kind", "kind: work_precision\n", "", '"kind" is missing'),
+            ("no such kind", "kind: work_precision", "kind: speed", "kind"),
+            ("no base", "base: ", "basis: ", '"base" is missing'),
+            ("no such base", "circulation.yaml", "nowhere.yaml", "cannot be read"),
+            ("no settings", "settings:\n", "setings:\n", '"settings" is missing'),
+            ("a setting that is no key", "circulation.dt_ms: [8, 4, 2, 1]", "circulation.dt_sm: [8, 4]", "circulation.dt_sm"),
+            ("a setting out of range", "[8, 4, 2, 1]", "[8, -4]", "circulation.dt_ms"),
+            ("a setting twice", "[8, 4, 2, 1]", "[8, 8]", "two settings are called"),
+            ("no reference", "reference: ", "ref: ", '"reference" is missing'),
+            ("a reference that is no map", "{circulation.dt_ms: 0.1}", "0.1", "reference is"),
+            ("no repeats", "repeats: 2", "repeats: 0", "repeats"),
+            ("no such measure", "LV_EF", "LV_EFF", "no such feature")]:
+        (folder / "bad.yaml").write_text(STUDY.replace(before, after, 1))
+        result = cohort(folder, "study", "bad.yaml", "--store", "bad.h5")
+        expect(name, result.returncode in (1, 3) and message in result.stderr and not (folder / "bad.h5").exists(),
+               f"{result.returncode}: {result.stderr}")
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    place = pathlib.Path(temporary)
+    choices(place, study(place))
+    bad_studies(place)
+sys.exit(1 if failures else 0)
