@@ -21,6 +21,7 @@
 #include "ensemble/ranks.hpp"
 #include "ensemble/run_checks.hpp"
 #include "ensemble/status.hpp"
+#include "ensemble/table.hpp"
 #include "ensemble/worker.hpp"
 
 namespace cohort {
@@ -236,7 +237,9 @@ ExitCode run_members(const RunningCampaign& running, const WorkerOptions& option
     if (slot >= 0) running.store.write_performance(slot, performance);
   });
   const RunTotals totals = add_up(ranks, performance, done);
-  if (ranks.first() && totals.members > 0) fmt::print("{}", performance_report(performance, totals));
+  if (ranks.first() && totals.members > 0)
+    fmt::print("{}{} of device memory at the peak\n", performance_report(performance, totals),
+               human_bytes(running.device.peak_bytes()));
   if (running.store.has_checks()) {
     ranks.agree([&] { run_checks(running, options); });
     ranks.agree([&] {
@@ -271,6 +274,7 @@ ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::s
   ranks.agree([&] {
     told_in_place(campaign, [&] {
       plan = plan_campaign(*device, campaign, all);
+      device->restart_peak();
       simulation.emplace(*device, campaign.scene, plan);
     });
   });

@@ -27,6 +27,7 @@ struct CampaignOptions {
   std::int64_t export_member = 0;      ///< --member
   double export_every_ms = 10;         ///< --export-every
   double export_spacing_mm = 0;        ///< --export-spacing; 0: half of grid.dx_mm
+  bool quick = false;                  ///< of plan: nothing is run
 };
 
 // One function for each command (those of status and verify are in status.hpp); returns the exit code. Bad

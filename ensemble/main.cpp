@@ -82,6 +82,7 @@ int main(int argc, char** argv) {
   CLI::App* plan = app.add_subcommand("plan", "what would run and what is left out, memory, steps, seconds");
   add_campaign_options(*plan, options, true);
   plan->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
+  plan->add_flag("--quick", options.quick, "runs no first steps: says nothing of kernels and seconds");
   plan->callback([&] { chosen = [&] { return command_plan(options); }; });
 
   CLI::App* study = app.add_subcommand(

@@ -18,6 +18,7 @@ kernel void start_circulation(global const real *parameters, global heart_state 
   states[m] = h;
 }
 
+#ifdef ALONE  // no chamber is tissue, which the kernels of the solid step
 // Up to `steps` steps of every member: of the scene's step in ms times the member's factor. pressure and volume: (members, COMPARTMENTS, samples) in mmHg and mL.
 kernel void advance_circulation(global const real *restrict parameters, global heart_state *restrict states,
                                 global heart_status *restrict status, global const wide *restrict numbers,
@@ -35,11 +36,4 @@ kernel void advance_circulation(global const real *restrict parameters, global h
   states[m] = h;
   status[m] = status_of(&h);
 }
-
-// Blood of each member in all compartments, mL.
-kernel void total_blood(global const heart_state *restrict states, global wide *restrict total, const int count) {
-  const int m = get_global_id(0);
-  if (m >= count) return;
-  const heart_state h = states[m];
-  total[m] = blood_of(&h.loop);
-}
+#endif

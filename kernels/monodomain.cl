@@ -112,6 +112,7 @@ kernel void monodomain_step(global const real *V_stage, global const real *V, gl
 #endif
 }
 
+#ifndef STIMULATED  // once is enough
 // V_new = V + dt L V_stage: a stage of a diffusion step alone. Cells without tissue keep their value, whatever their
 // neighbours in memory hold.
 kernel void diffusion_step(global const real *V_stage, global const real *V, global real *restrict V_new,
@@ -123,3 +124,4 @@ kernel void diffusion_step(global const real *V_stage, global const real *V, glo
   const realv u = fma(dt * inverse, diffusion(V_stage, stencil, stride, rows, i), V_old);
   STORE(WHERE(isgreater(inverse, (realv)(0)), u, V_old), V_new + i);
 }
+#endif

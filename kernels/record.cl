@@ -13,39 +13,6 @@
 #define ROW QUANTITIES
 #endif
 
-#ifdef GPU
-// Sum of x over a work-group of BLOCK items; complete in item 0.
-inline real sum_of_group(real x, local real *scratch) {
-  const int item = get_local_id(0);
-  scratch[item] = x;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (int half_size = BLOCK / 2; half_size > 0; half_size /= 2) {
-    if (item < half_size) scratch[item] += scratch[item + half_size];
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
-  const real total = scratch[0];
-  barrier(CLK_LOCAL_MEM_FENCE);
-  return total;
-}
-
-// Of the items of a work-group that are `found` the first one's: first (2) becomes the sample and its cell i, what its number x.
-inline void note_first(bool found, int sample, int i, real x, local real *scratch, global int *first, global real *what) {
-  const int item = get_local_id(0);
-  scratch[item] = found ? item : BLOCK;
-  barrier(CLK_LOCAL_MEM_FENCE);
-  for (int half_size = BLOCK / 2; half_size > 0; half_size /= 2) {
-    if (item < half_size) scratch[item] = fmin(scratch[item], scratch[item + half_size]);
-    barrier(CLK_LOCAL_MEM_FENCE);
-  }
-  if (item == (int)scratch[0]) {
-    first[0] = sample;
-    first[1] = i;
-    what[0] = x;
-  }
-  barrier(CLK_LOCAL_MEM_FENCE);
-}
-#endif
-
 // Leads of the potential V + dt_half div(D grad V), the half step that closes the splitting; V itself stays.
 // weights (LEADS, stride); partial (QUANTITIES, blocks). bounds (members, 2): mV, between which a potential is of use; wild (blocks, 2) and
 // wild_mV (blocks): the first sample at which the block has a potential beyond them, the first such cell, and what it is. wild stands at -1 before.
@@ -123,28 +90,4 @@ kernel void record_totals(global const real *restrict partial, global const int 
   if (lane == 0)
 #endif
     series[((size_t)sample * members + member) * ROW + ROW - QUANTITIES + q] = total;
-}
-
-// Gershgorin's bound of the diffusion operator's largest |eigenvalue| (1/ms), by block: twice the sum of |couplings|
-// over the cell's capacity, at its largest. An explicit step is stable up to 2 / bound.
-kernel void diffusion_bound(global const real *restrict stencil, global const real *restrict inverse_capacity,
-                            global const int8 *restrict neighbours, global real *restrict bound, const int stride,
-                            const int blocks) {
-  const int block = get_global_id(0);
-  if (block >= blocks) return;
-  global const real *x = stencil, *y = x + (size_t)stride, *z = y + (size_t)stride;
-  global const real *xy = z + (size_t)stride, *xz = xy + (size_t)stride, *yz = xz + (size_t)stride;
-  realv largest = 0;
-  for (int k = 0; k < BLOCK; k += WIDTH) {
-    const int i = FIRST_CELL + block * BLOCK + k;
-    const Rows r = neighbour_rows(neighbours, i);
-    realv s = LOAD(x + i) + LOAD(x + i + 1) + LOAD(y + i) + LOAD(y + r.yp) + LOAD(z + i) + LOAD(z + r.zp);
-    s += fabs(LOAD(xy + i)) + fabs(LOAD(xy + r.yp + 1)) + fabs(LOAD(xy + i + 1)) + fabs(LOAD(xy + r.yp));
-    s += fabs(LOAD(xz + i)) + fabs(LOAD(xz + r.zp + 1)) + fabs(LOAD(xz + i + 1)) + fabs(LOAD(xz + r.zp));
-    s += fabs(LOAD(yz + i)) + fabs(LOAD(yz + r.yp_zp)) + fabs(LOAD(yz + r.yp)) + fabs(LOAD(yz + r.zp));
-    largest = fmax(largest, 2 * s * LOAD(inverse_capacity + i));
-  }
-  real result = 0;
-  for (int k = 0; k < WIDTH; ++k) result = fmax(result, LANE(largest, k));
-  bound[block] = result;
 }

@@ -77,8 +77,8 @@ kernel void solid_load(global const real *restrict parameters, global const real
 #endif
   const wide time = S[TIME], ramp = loads.x, end = loads.y;
   const bool still = loads.w != 0, full = time >= ramp;
-  if (measured)
-    take_measures(S, S[STEP + odd], look.speed2, look.collapse, look.energy, h,
+  if (measured)  // what comes to rest is judged by its residual, whichever steps lead there
+    take_measures(S, still ? 0 : S[STEP + odd], look.speed2, look.collapse, look.energy, h,
                   courant * parameters[(size_t)member * PARAMETERS + PARAM_mechanics_step_factor]);
   const wide residual = loaded > 0 ? sqrt(free_force / loaded) : 0;
   S[RESIDUAL] = residual;

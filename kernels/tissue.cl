@@ -1,6 +1,5 @@
-// From a geometry to the compact tissue of every member: two passes over the grid (cells, then vertices), then the
-// compact arrays. Needs a geometry file in front (tissue_region), segments.clh, and
-// -D PARAMETERS (numbers in a member's block), EXCITABLE_TABLE (initialiser: 1 where a region is excitable).
+// From a geometry to the compact tissue of every member: a pass over the grid, then the compact arrays. Needs a geometry file in front (tissue_region), segments.clh, and
+// -D PARAMETERS (numbers in a member's block), EXCITABLE_TABLE (initialiser: 1 where a region is excitable); COORDINATES where something reads them.
 #if !defined(PARAMETERS) || !defined(EXCITABLE_TABLE)
 #error "tissue.cl needs PARAMETERS and EXCITABLE_TABLE"
 #endif
@@ -23,21 +22,6 @@ kernel void classify_cells(global const real *restrict parameters, const real4 o
   fraction[cell] = active ? (float)share : 0.0f;
 }
 #endif
-
-// Pass 2. Vertices (members, NZ + 1, NY + 1, NX + 1): 0 outside, 1 inside, 2 on the surface; a vertex is on the surface
-// when some, but not all, of the eight cells around it are tissue.
-kernel void classify_vertices(global const uchar *restrict region, global uchar *restrict vertex) {
-  const int x = get_global_id(0), y = get_global_id(1), z = get_global_id(2) % (NZ + 1);
-  const int member = get_global_id(2) / (NZ + 1);
-  int solid = 0;
-  for (int k = 0; k < 8; ++k) {
-    const int cx = x - 1 + (k & 1), cy = y - 1 + (k >> 1 & 1), cz = z - 1 + (k >> 2);
-    const bool inside = cx >= 0 && cx < NX && cy >= 0 && cy < NY && cz >= 0 && cz < NZ;
-    if (inside) solid += region[cx + (size_t)NX * (cy + (size_t)NY * (cz + (size_t)NZ * member))] != NO_REGION;
-  }
-  const size_t place = x + (size_t)(NX + 1) * (y + (size_t)(NY + 1) * get_global_id(2));
-  vertex[place] = solid == 8 ? 1 : solid > 0 ? 2 : 0;
-}
 
 // Whether each run of 8 cells along x holds tissue: (members, NZ, NY, NX / 8).
 kernel void flag_segments(global const uchar *restrict region, global uchar *restrict flag) {
@@ -96,6 +80,7 @@ kernel void fibre_field(global const real *restrict parameters, const real4 orig
   fibre[i + 2 * (size_t)stride] = f.z;
 }
 
+#ifdef COORDINATES
 // tissue_coordinates at the centres of tissue cells: (4, stride). Zero elsewhere.
 kernel void coordinate_field(global const real *restrict parameters, const real4 origin_and_spacing,
                              global const int *restrict first_cell, global const ushort *restrict member_of,
@@ -111,4 +96,5 @@ kernel void coordinate_field(global const real *restrict parameters, const real4
   coordinates[i + 2 * (size_t)stride] = c.z;
   coordinates[i + 3 * (size_t)stride] = c.w;
 }
+#endif
 #endif

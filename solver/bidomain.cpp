@@ -93,7 +93,8 @@ void Bidomain::assemble(const Tissue& tissue, Diffusion& diffusion, const Monodo
   conductor_.build_fibres(parameters);
   if (conductor_.stride > conductor_capacity_) {
     conductor_capacity_ = conductor_.stride + conductor_.stride / 16;
-    conductor_stencil_ = device.allocate(Diffusion::bytes(conductor_capacity_, scene_.precision));
+    conductor_stencil_ =
+        device.allocate(Diffusion::bytes(conductor_capacity_, scene_.precision), "conductor stencil");
   }
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
@@ -217,7 +218,7 @@ void Bidomain::inject(const std::vector<double>& current) {
       dense[static_cast<std::size_t>(x + (box.cells[0] + 2) * (y + (box.cells[1] + 2) * z))] = current[i];
     }
     const std::vector<std::byte> packed = pack(dense, scene_.precision);
-    if (box.injected() == nullptr) box.injected = launcher_.device().allocate(packed.size());
+    if (box.injected() == nullptr) box.injected = launcher_.device().allocate(packed.size(), "injected");
     launcher_.queue().enqueueWriteBuffer(box.injected, CL_TRUE, 0, packed.size(), packed.data());
   }
 }

@@ -89,7 +89,7 @@ std::vector<Front> Conduction::run(const std::vector<Cable>& cables, double spac
   Diffusion diffusion(launcher, scene, definitions);
   Monodomain monodomain(launcher, scene, definitions, capacity);
   const std::vector<std::byte> packed = pack(numbers, precision_);
-  const cl::Buffer parameters = device_.allocate(packed.size());
+  const cl::Buffer parameters = device_.allocate(packed.size(), "parameters");
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   tissue.build(parameters, count);
   tissue.build_fibres(parameters);

@@ -151,9 +151,10 @@ ConductionNetwork::ConductionNetwork(Launcher& launcher, const Scene& scene, con
   sheet_kernel_ = launcher.handle(program, "fast_layer");
   nearest_ = launcher.handle(program, "nearest_cells");
   const auto rows = static_cast<std::size_t>(members_per_batch * targets_);
-  target_block_ = device.allocate(rows * target_numbers * real_bytes(scene.precision));
-  cells_ = device.allocate(rows * sizeof(int));
-  member_range_ = device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int));
+  target_block_ = device.allocate(rows * target_numbers * real_bytes(scene.precision), "target block");
+  cells_ = device.allocate(rows * sizeof(int), "cells");
+  member_range_ =
+      device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int), "member range");
 }
 
 void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& parameters,
@@ -162,10 +163,10 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
-    sheet_id_ = launcher_.device().allocate(n);
-    sheet_speed_ = launcher_.device().allocate(n * real);
-    sheet_depth_ = launcher_.device().allocate(n * real);
-    sheet_distance_ = launcher_.device().allocate(n * real);
+    sheet_id_ = launcher_.device().allocate(n, "sheet id");
+    sheet_speed_ = launcher_.device().allocate(n * real, "sheet speed");
+    sheet_depth_ = launcher_.device().allocate(n * real, "sheet depth");
+    sheet_distance_ = launcher_.device().allocate(n * real, "sheet distance");
   }
   cl::CommandQueue& queue = launcher_.queue();
   const auto n = static_cast<std::size_t>(tissue.stride);

@@ -133,8 +133,11 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
     options += definition.starts_with("-") ? " " + definition : " -D" + definition;
 
   const std::string key = options + "\n" + source;
-  for (const auto& [known, program] : programs_)
-    if (known == key) return program;
+  for (Built& built : programs_) {
+    if (built.request != key) continue;
+    built.asked_for = true;
+    return built.program;
+  }
 
   cl::Program program(context_, source);
   try {
@@ -144,8 +147,43 @@ cl::Program Device::build(const std::vector<std::string>& files, const std::vect
                              ") with " + options + ":\n" +
                              program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(info_.handle));
   }
-  programs_.emplace_back(key, program);
+  programs_.push_back({key, files.back(), program, true});
   return program;
+}
+
+Device::Counted Device::kernel(const cl::Program& program, const std::string& name) {
+  Counted result{cl::Kernel(program, name.c_str()), 0};
+  for (const KernelUse& known : kernels_) {
+    if (known.program == program() && known.name == name) return result;
+    ++result.place;
+  }
+  kernels_.push_back({program(), name, 0});
+  return result;
+}
+
+Footprint Device::footprint() const {
+  Footprint result;
+  for (const Built& built : programs_) {
+    if (!built.asked_for) continue;
+    ++result.programs;
+    std::istringstream names(built.program.getInfo<CL_PROGRAM_KERNEL_NAMES>());
+    for (std::string name; std::getline(names, name, ';');) {
+      name = name.substr(0, name.find('\0'));
+      const auto use = std::find_if(kernels_.begin(), kernels_.end(), [&](const KernelUse& known) {
+        return known.program == built.program() && known.name == name;
+      });
+      result.kernels.push_back({built.file, name, use == kernels_.end() ? 0 : use->launches});
+    }
+  }
+  result.buffers = memory_->at_peak();
+  for (const Footprint::Buffer& buffer : result.buffers) result.peak_bytes += buffer.bytes;
+  return result;
+}
+
+void Device::restart_footprint() {
+  for (Built& built : programs_) built.asked_for = false;
+  for (KernelUse& kernel : kernels_) kernel.launches = 0;
+  memory_->restart_peak();
 }
 
 std::vector<std::string> Device::register_cap(int count) const {
@@ -156,26 +194,25 @@ std::vector<std::string> Device::register_cap(int count) const {
 
 namespace {
 
-/// Bytes of one buffer in the sum of its device.
+/// One buffer in the ledger of its device.
 struct Allocation {
-  std::shared_ptr<std::atomic<std::size_t>> total;
-  std::size_t bytes;
+  std::shared_ptr<MemoryLedger> ledger;
+  std::size_t account, bytes;
 };
 
 void CL_CALLBACK released(cl_mem, void* data) {
   const std::unique_ptr<Allocation> allocation(static_cast<Allocation*>(data));
-  *allocation->total -= allocation->bytes;
+  allocation->ledger->give_back(allocation->account, allocation->bytes);
 }
 
 }  // namespace
 
-cl::Buffer Device::allocate(std::size_t bytes) {
+cl::Buffer Device::allocate(std::size_t bytes, const std::string& name, const std::source_location& where) {
   try {
     const std::size_t taken = std::max(bytes, least_bytes);
     cl::Buffer buffer(context_, CL_MEM_READ_WRITE, taken);
-    auto allocation = std::make_unique<Allocation>(Allocation{allocated_bytes_, taken});
-    *allocated_bytes_ += taken;
-    peak_bytes_ = std::max(peak_bytes_, allocated_bytes_->load());
+    auto allocation = std::make_unique<Allocation>(Allocation{memory_, 0, taken});
+    allocation->account = memory_->take(taken, name, where);
     buffer.setDestructorCallback(released, allocation.get());
     allocation.release();  // to the callback
     return buffer;

@@ -4,10 +4,13 @@
 #define CL_HPP_TARGET_OPENCL_VERSION 120
 #define CL_HPP_MINIMUM_OPENCL_VERSION 120
 #include <CL/opencl.hpp>
-#include <atomic>
+#include <cstdint>
 #include <memory>
+#include <source_location>
 #include <string>
 #include <vector>
+
+#include "solver/footprint.hpp"
 
 namespace cohort {
 
@@ -58,13 +61,26 @@ class Device {
   std::vector<std::string> register_cap(int count) const;
 
   static constexpr std::size_t least_bytes = 64;  ///< of a buffer
-  /// Device memory, uninitialised. Throws std::runtime_error naming the bytes when it cannot be had.
-  cl::Buffer allocate(std::size_t bytes);
+  /// Device memory, uninitialised. name: what a plan calls it. Throws std::runtime_error naming the bytes
+  /// when it cannot be had.
+  cl::Buffer allocate(std::size_t bytes, const std::string& name = {},
+                      const std::source_location& where = std::source_location::current());
   /// Of allocate(), and not released yet.
-  std::size_t allocated_bytes() const { return *allocated_bytes_; }
+  std::size_t allocated_bytes() const { return memory_->now(); }
   /// The most there were at once since the start, or since restart_peak().
-  std::size_t peak_bytes() const { return peak_bytes_; }
-  void restart_peak() { peak_bytes_ = *allocated_bytes_; }
+  std::size_t peak_bytes() const { return memory_->peak(); }
+  void restart_peak() { memory_->restart_peak(); }
+
+  /// A kernel, and its place among those that count_launch() counts.
+  struct Counted {
+    cl::Kernel kernel;
+    std::size_t place;
+  };
+  Counted kernel(const cl::Program& program, const std::string& name);
+  void count_launch(std::size_t place) { ++kernels_[place].launches; }
+  /// Programs asked for, launches and memory since restart_footprint().
+  Footprint footprint() const;
+  void restart_footprint();
 
   /// GB/s of c = a + 3 b over arrays well beyond the caches, best of a few; measured once.
   double triad_GB_per_s();
@@ -73,10 +89,19 @@ class Device {
   DeviceInfo info_;
   cl::Context context_;
   cl::CommandQueue queue_, profiling_queue_;
-  std::vector<std::pair<std::string, cl::Program>> programs_;
-  std::shared_ptr<std::atomic<std::size_t>> allocated_bytes_ =
-      std::make_shared<std::atomic<std::size_t>>(0);  ///< of buffers that may outlive this
-  std::size_t peak_bytes_ = 0;
+  struct Built {
+    std::string request, file;
+    cl::Program program;
+    bool asked_for;  ///< since restart_footprint()
+  };
+  struct KernelUse {
+    cl_program program;
+    std::string name;
+    std::int64_t launches;
+  };
+  std::vector<Built> programs_;
+  std::vector<KernelUse> kernels_;
+  std::shared_ptr<MemoryLedger> memory_ = std::make_shared<MemoryLedger>();  ///< buffers may outlive this
   double triad_ = 0;
 };
 

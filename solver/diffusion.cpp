@@ -6,23 +6,22 @@ namespace cohort {
 
 Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions)
     : launcher_(launcher),
+      definitions_(definitions),
       precision_(scene.precision),
-      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
-  Device& device = launcher.device();
-  const cl::Program program = definitions.build(device, {"segments.clh", "stencil.cl"});
-  tensor_ = launcher.handle(program, "conductivity_tensor");
-  assemble_ = launcher.handle(program, "assemble_stencil");
-  const cl::Program reductions = definitions.build(device, {"segments.clh", "diffusion.clh", "record.cl"},
-                                                   {"WIDTH=" + std::to_string(width_), "LEADS=0"});
-  bound_ = launcher.handle(reductions, "diffusion_bound");
-}
+      width_(launcher.device().vector_width(scene.precision == Precision::double_)) {}
 
 void Diffusion::reserve(const Tissue& tissue) {
+  if (tensor_.program() == nullptr) {
+    const cl::Program program = definitions_.build(launcher_.device(), {"segments.clh", "stencil.cl"});
+    tensor_ = launcher_.handle(program, "conductivity_tensor");
+    assemble_ = launcher_.handle(program, "assemble_stencil");
+  }
   if (tissue.stride <= capacity_) return;
   capacity_ = tissue.stride + tissue.stride / 16;
   const auto cells = static_cast<std::size_t>(capacity_);
-  conductivity_ = launcher_.device().allocate(6 * cells * real_bytes(precision_));
-  block_bound_ = launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_));
+  conductivity_ = launcher_.device().allocate(6 * cells * real_bytes(precision_), "conductivity");
+  block_bound_ =
+      launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_), "block bound");
 }
 
 void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
@@ -49,6 +48,11 @@ void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {
   const auto blocks = static_cast<std::size_t>(tissue.blocks);
+  if (bound_.program() == nullptr)
+    bound_ = launcher_.handle(
+        definitions_.build(launcher_.device(), {"segments.clh", "diffusion.clh", "diffusion_bound.cl"},
+                           {"WIDTH=" + std::to_string(width_)}),
+        "diffusion_bound");
   launcher_.counted(bound_, blocks,
                     8.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
                     stencil, tissue.inverse_capacity, tissue.neighbours, block_bound_, tissue.stride);

@@ -43,6 +43,7 @@ class Diffusion {
   void reserve(const Tissue& tissue);
 
   Launcher& launcher_;
+  Definitions definitions_;
   Precision precision_;
   int width_;
   cl::Buffer conductivity_, block_bound_;

@@ -16,29 +16,28 @@ constexpr int most_sweeps = 100'000;
 Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                  std::vector<std::uint8_t> graph_of_region)
     : launcher_(launcher),
+      definitions_(definitions),
       precision_(scene.precision),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
   const std::string width = "WIDTH=" + std::to_string(width_);
-  const cl::Program program = definitions.build(device, {"segments.clh", "eikonal.cl"}, {width});
+  const cl::Program program =
+      definitions.build(device, {"segments.clh", "eikonal.clh", "eikonal.cl"}, {width});
   link_ = launcher.handle(program, "eikonal_link");
   sheet_metric_kernel_ = launcher.handle(program, "eikonal_sheet_metric");
   metric_kernel_ = launcher.handle(program, "eikonal_metric");
   start_kernel_ = launcher.handle(program, "eikonal_start");
   trigger_kernel_ = launcher.handle(program, "eikonal_trigger");
   fire_ = launcher.handle(program, "eikonal_fire");
-  sweep_ = launcher.handle(program, "eikonal_sweep");
   second_differences_ = launcher.handle(program, "eikonal_second_differences");
   correction_kernel_ = launcher.handle(program, "eikonal_correction");
   slow_ = launcher.handle(program, "eikonal_slow");
-  sheet_sweep_ = launcher.handle(definitions.build(device, {"segments.clh", "eikonal.cl"}, {width, "SHEET"}),
-                                 "eikonal_sweep");
 
   graph_of_region.resize(255, 1);
-  graph_of_region_ = device.allocate(graph_of_region.size());
+  graph_of_region_ = device.allocate(graph_of_region.size(), "graph of region");
   launcher.queue().enqueueWriteBuffer(graph_of_region_, CL_TRUE, 0, graph_of_region.size(),
                                       graph_of_region.data());
-  last_change_ = device.allocate(sizeof(int));
+  last_change_ = device.allocate(sizeof(int), "last change");
 }
 
 std::size_t Eikonal::bytes(std::int64_t stride, Precision precision) {
@@ -53,17 +52,19 @@ void Eikonal::reserve(const Tissue& tissue) {
   capacity_ = tissue.stride + tissue.stride / 16;
   const auto cells = static_cast<std::size_t>(capacity_);
   const std::size_t real = real_bytes(precision_);
-  for (cl::Buffer& buffer : arrival_) buffer = device.allocate((with_sheet_ ? 2 : 1) * cells * real);
+  for (cl::Buffer& buffer : arrival_)
+    buffer = device.allocate((with_sheet_ ? 2 : 1) * cells * real, "arrival");
   if (with_sheet_) {
-    sheet_metric_ = device.allocate(6 * cells * real);
-    slowed_depth_ = device.allocate(cells * real);
+    sheet_metric_ = device.allocate(6 * cells * real, "sheet metric");
+    slowed_depth_ = device.allocate(cells * real, "slowed depth");
   }
-  for (cl::Buffer& buffer : changed_) buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int));
-  metric_ = device.allocate(6 * cells * real);
-  second_ = device.allocate(6 * cells * real);
-  correction_ = device.allocate(cells * real);
-  linked_ = device.allocate(cells * sizeof(int));
-  in_sheet_ = device.allocate(cells * sizeof(int));
+  for (cl::Buffer& buffer : changed_)
+    buffer = device.allocate((cells / Tissue::lanes + 1) * sizeof(int), "changed");
+  metric_ = device.allocate(6 * cells * real, "metric");
+  second_ = device.allocate(6 * cells * real, "second");
+  correction_ = device.allocate(cells * real, "correction");
+  linked_ = device.allocate(cells * sizeof(int), "linked");
+  in_sheet_ = device.allocate(cells * sizeof(int), "in sheet");
 }
 
 // Sources by cell, so that one work-item sees all that a cell has.
@@ -90,11 +91,11 @@ void Eikonal::upload_sources(std::span<const Source> sources) {
     Device& device = launcher_.device();
     source_capacity_ = 2 * sources_;
     const auto n = static_cast<std::size_t>(source_capacity_);
-    trigger_ = device.allocate(n * sizeof(int));
-    source_cell_ = device.allocate(n * sizeof(int));
-    first_source_ = device.allocate((n + 1) * sizeof(int));
-    start_ = device.allocate(n * real_bytes(precision_));
-    fired_ = device.allocate(n * real_bytes(precision_));
+    trigger_ = device.allocate(n * sizeof(int), "trigger");
+    source_cell_ = device.allocate(n * sizeof(int), "source cell");
+    first_source_ = device.allocate((n + 1) * sizeof(int), "first source");
+    start_ = device.allocate(n * real_bytes(precision_), "start");
+    fired_ = device.allocate(n * real_bytes(precision_), "fired");
   }
   cl::CommandQueue& queue = launcher_.queue();
   const std::vector<std::byte> packed = pack(starts, precision_);
@@ -115,7 +116,15 @@ void Eikonal::fire(const Tissue& tissue, int mark) {
 
 void Eikonal::sweep(const Tissue& tissue, int number) {
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  launcher_(with_sheet_ ? sheet_sweep_ : sweep_, cl::NDRange(cells / static_cast<size_t>(width_)),
+  Launcher::Handle& kernel = with_sheet_ ? sheet_sweep_ : sweep_;
+  if (kernel.program() == nullptr) {
+    std::vector<std::string> options = {"WIDTH=" + std::to_string(width_)};
+    if (with_sheet_) options.emplace_back("SHEET");
+    kernel = launcher_.handle(
+        definitions_.build(launcher_.device(), {"segments.clh", "eikonal.clh", "eikonal_sweep.cl"}, options),
+        "eikonal_sweep");
+  }
+  launcher_(kernel, cl::NDRange(cells / static_cast<size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
             0,  // as many bytes as the wave asks for
             arrival_[current_], arrival_[1 - current_], metric_, linked_, in_sheet_,

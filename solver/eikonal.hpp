@@ -67,6 +67,7 @@ class Eikonal {
   void correct(const Tissue& tissue);
 
   Launcher& launcher_;
+  Definitions definitions_;
   Precision precision_;
   int width_;
   int capacity_ = 0, source_capacity_ = 0;

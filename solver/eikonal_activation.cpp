@@ -51,8 +51,8 @@ void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& paramet
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
-    speed_ = launcher_.device().allocate(2 * n * real_bytes(precision_));
-    activation_ = launcher_.device().allocate(n * sizeof(float));
+    speed_ = launcher_.device().allocate(2 * n * real_bytes(precision_), "speed");
+    activation_ = launcher_.device().allocate(n * sizeof(float), "activation");
   }
   const auto n = static_cast<std::size_t>(tissue.stride);
   launcher_(speeds_, cl::NDRange(n), cl::NDRange(Tissue::group), static_cast<double>(n) * (1 + 2 * real),

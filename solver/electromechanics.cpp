@@ -59,14 +59,16 @@ std::size_t Electromechanics::bytes(const Scene& scene, std::size_t cells, std::
 
 void Electromechanics::connect(Solid& solid, const Tissue& tissue, std::span<const std::size_t> members) {
   const CellPlaces places = places_within(solid, tissue, members);
-  first_ = upload_new(launcher_, places.first);
-  places_ = upload_new(launcher_, places.places);
-  cell_of_ = upload_new(launcher_, cells_around(solid, tissue, members));
+  first_ = upload_new(launcher_, places.first, "first");
+  places_ = upload_new(launcher_, places.places, "places");
+  cell_of_ = upload_new(launcher_, cells_around(solid, tissue, members), "cell of");
   const auto cells = static_cast<std::size_t>(solid.mesh().cells);
   // Of tissue that no wave excites.
-  drive_ = upload_new(launcher_, pack(std::vector<double>(2 * cells, calcium_ ? TensionDrive::idle_mM
-                                                                              : TensionDrive::idle_mV),
-                                      scene_.precision));
+  drive_ = upload_new(
+      launcher_,
+      pack(std::vector<double>(2 * cells, calcium_ ? TensionDrive::idle_mM : TensionDrive::idle_mV),
+           scene_.precision),
+      "drive");
   solid.activate(std::vector<float>(cells, -1));
   solid.drive(drive_, drive_, {});
 }

@@ -64,7 +64,7 @@ std::size_t EllipticSolver::bytes(const Device& device, std::array<int, 3> cells
 }
 
 EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fields, bool double_precision,
-                               Couplings couplings)
+                               Couplings couplings, const std::source_location& where)
     : device_(device),
       fields_(fields),
       couplings_(couplings),
@@ -83,20 +83,23 @@ EllipticSolver::EllipticSolver(Device& device, std::array<int, 3> cells, int fie
 
   const std::size_t real = double_ ? sizeof(double) : sizeof(float),
                     count = static_cast<std::size_t>(fields_);
-  const auto zeros = [&](std::size_t reals) {
-    cl::Buffer buffer = device_.allocate(reals * real);
+  const auto zeros = [&](std::size_t reals, const char* name) {
+    cl::Buffer buffer = device_.allocate(reals * real, name, where);
     device_.queue().enqueueFillBuffer(buffer, cl_uchar{0}, 0, reals * real);
     return buffer;
   };
   for (const auto& extent : level_cells(cells)) {
     const std::size_t n = padded(extent);
-    levels_.push_back({extent, zeros(3 * n), zeros(n), zeros(count * n), zeros(count * n)});
+    levels_.push_back({extent, zeros(3 * n, "conductances"), zeros(n, "diagonals"),
+                       zeros(count * n, "residuals"), zeros(count * n, "corrections")});
   }
-  for (cl::Buffer* buffer : {&p_, &p_before_, &q_}) *buffer = zeros(count * levels_.front().field_cells());
-  if (couplings_ == Couplings::cross) cross_ = zeros(3 * levels_.front().field_cells());
+  for (cl::Buffer* buffer : {&p_, &p_before_, &q_})
+    *buffer = zeros(count * levels_.front().field_cells(), "search directions");
+  if (couplings_ == Couplings::cross) cross_ = zeros(3 * levels_.front().field_cells(), "couplings across");
   const std::size_t accumulator = accumulate_double_ ? sizeof(double) : real;
-  partial_ = device_.allocate(count * partial_sums * static_cast<std::size_t>(chunks_) * accumulator);
-  scalars_ = device_.allocate(count * scalars_per_field * accumulator);
+  partial_ =
+      device_.allocate(count * partial_sums * static_cast<std::size_t>(chunks_) * accumulator, "sums", where);
+  scalars_ = device_.allocate(count * scalars_per_field * accumulator, "sums", where);
 }
 
 template <typename... Arguments>
@@ -104,19 +107,21 @@ void EllipticSolver::launch(const char* name, cl::NDRange global, cl::NDRange lo
                             const Arguments&... arguments) {
   auto it =
       std::find_if(kernels_.begin(), kernels_.end(), [&](const auto& known) { return known.first == name; });
-  if (it == kernels_.end()) it = kernels_.insert(it, {name, cl::Kernel(program_, name)});
+  if (it == kernels_.end()) it = kernels_.insert(it, {name, device_.kernel(program_, name)});
+  cl::Kernel& kernel = it->second.kernel;
   cl_uint index = 0;
   const auto set = [&](const auto& argument) {
     using Argument = std::decay_t<decltype(argument)>;
     if constexpr (std::is_same_v<Argument, std::array<int, 3>>)
-      for (const int n : argument) it->second.setArg(index++, n);
+      for (const int n : argument) kernel.setArg(index++, n);
     else if constexpr (std::is_same_v<Argument, std::vector<cl::Buffer>>)
-      for (const cl::Buffer& buffer : argument) it->second.setArg(index++, buffer);
+      for (const cl::Buffer& buffer : argument) kernel.setArg(index++, buffer);
     else
-      it->second.setArg(index++, argument);
+      kernel.setArg(index++, argument);
   };
   (set(arguments), ...);
-  device_.queue().enqueueNDRangeKernel(it->second, cl::NullRange, global, local);
+  device_.queue().enqueueNDRangeKernel(kernel, cl::NullRange, global, local);
+  device_.count_launch(it->second.place);
   ++launches_;
 }
 

@@ -40,9 +40,10 @@ enum class Couplings {
 class EllipticSolver {
  public:
   /// `double_precision`: type of the fields. Throws std::runtime_error when memory does not suffice
-  /// (Device::allocate).
+  /// (Device::allocate). where: whose memory it is.
   EllipticSolver(Device& device, std::array<int, 3> cells, int fields, bool double_precision,
-                 Couplings couplings = Couplings::faces);
+                 Couplings couplings = Couplings::faces,
+                 const std::source_location& where = std::source_location::current());
 
   /// Device memory that the constructor takes, in bytes.
   static std::size_t bytes(const Device& device, std::array<int, 3> cells, int fields, bool double_precision,
@@ -100,7 +101,7 @@ class EllipticSolver {
   bool double_, accumulate_double_;
   int chunks_, group_;
   cl::Program program_;
-  std::vector<std::pair<std::string, cl::Kernel>> kernels_;
+  std::vector<std::pair<std::string, Device::Counted>> kernels_;
   std::vector<Level> levels_;
   cl::Buffer cross_, p_, p_before_, q_, partial_, scalars_;
   int launches_ = 0;

@@ -38,7 +38,8 @@ Excitation::Excitation(Launcher& launcher_, const Scene& scene_, const Plan& pla
     lead_weights.emplace(launcher, scene, definitions, plan.members_per_device);
   parameters =
       launcher.device().allocate(static_cast<std::size_t>(plan.members_per_device * scene.parameters.size()) *
-                                 real_bytes(scene.precision));
+                                     real_bytes(scene.precision),
+                                 "parameters");
 }
 
 void Excitation::prepare(std::span<const Member> members) {

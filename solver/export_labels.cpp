@@ -39,14 +39,14 @@ std::vector<std::uint8_t> sample(Device& device, const Scene& scene, const Membe
   Launcher launcher(device, scene.precision);
   Launcher::Handle kernel = launcher.handle(program, "export_labels");
   const std::vector<std::byte> packed = pack(member.values, scene.precision);
-  const cl::Buffer parameters = device.allocate(packed.size());
+  const cl::Buffer parameters = device.allocate(packed.size(), "parameters");
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
 
   const auto layer = static_cast<std::size_t>(cells[0]) * static_cast<std::size_t>(cells[1]);
   const std::size_t layers = std::max<std::size_t>(1, cells_at_a_time / layer);
   constexpr std::size_t group = 64;
   const auto rounded = [&](std::size_t n) { return (n + group - 1) / group * group; };
-  const cl::Buffer labels = device.allocate(rounded(layers * layer));
+  const cl::Buffer labels = device.allocate(rounded(layers * layer), "labels");
   std::vector<std::uint8_t> result(layer * static_cast<std::size_t>(cells[2]));
   for (std::size_t z = 0; z < static_cast<std::size_t>(cells[2]); z += layers) {
     const std::size_t count = std::min(layers, static_cast<std::size_t>(cells[2]) - z) * layer;

@@ -42,8 +42,8 @@ void ForwardEcg::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
   const std::size_t real = real_bytes(scene_.precision);
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
-    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
-    current_ = device.allocate(static_cast<std::size_t>(capacity_) * real);
+    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision), "stencil");
+    current_ = device.allocate(static_cast<std::size_t>(capacity_) * real, "current");
   }
   const double dx = tissue.grid().dx_mm;
   diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, Diffusion::Use::ecg_source,

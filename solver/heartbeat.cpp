@@ -132,6 +132,7 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording* const>
       activate(own, beating, *excitation);
   }
   if (circulation_) circulation_->initialise(parameters_, static_cast<int>(beating.size()));
+  prepared_s_ = seconds_since(start);
   const bool late = coupling_
                         ? beat_with_cells(members, recordings, beating, *excitation, steps, start, timeout_s)
                     : solid_ ? beat_tissue(start, timeout_s)

@@ -33,6 +33,7 @@ class Heartbeat {
            const TimeSteps& steps, double timeout_s);
 
   double simulated_ms() const { return simulated_ms_; }  ///< summed over members
+  double prepared_s() const { return prepared_s_; }      ///< of the last run: until its steps began
 
  private:
   void upload(std::span<const Member> members);
@@ -66,7 +67,7 @@ class Heartbeat {
   std::optional<TensionDrive> drive_;  ///< where templates drive the tension
   std::optional<Electromechanics> coupling_;
   cl::Buffer parameters_;
-  double simulated_ms_ = 0;
+  double simulated_ms_ = 0, prepared_s_ = 0;
 };
 
 }  // namespace cohort

@@ -9,14 +9,19 @@ std::size_t Launcher::entry(std::string_view name) {
   return entries_.size() - 1;
 }
 
+void Launcher::create(Handle& handle) {
+  handle.counted = device_.kernel(handle.program, entries_[handle.entry].name);
+}
+
 void Launcher::enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes) {
   Entry& entry = entries_[handle.entry];
   ++entry.calls;
+  device_.count_launch(handle.counted.place);
   entry.bytes += bytes;
   if (profiling_) {
     cl::Event event;
-    device_.profiling_queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local, nullptr,
-                                                   &event);
+    device_.profiling_queue().enqueueNDRangeKernel(handle.counted.kernel, cl::NullRange, global, local,
+                                                   nullptr, &event);
     events_.emplace_back(handle.entry, event);
     constexpr std::size_t most_events = 1 << 14;  // each holds some of the host's memory
     if (events_.size() == most_events) {
@@ -24,7 +29,7 @@ void Launcher::enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRa
       collect();
     }
   } else {
-    device_.queue().enqueueNDRangeKernel(handle.kernel, cl::NullRange, global, local);
+    device_.queue().enqueueNDRangeKernel(handle.counted.kernel, cl::NullRange, global, local);
   }
 }
 

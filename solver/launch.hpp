@@ -30,21 +30,22 @@ class Launcher {
   /// `precision` is that of the kernels' type `real`.
   Launcher(Device& device, Precision precision) : device_(device), precision_(precision) {}
 
-  /// A kernel with its place in the performance report.
+  /// A kernel with its place in the performance report. It is created when it is first launched: one that
+  /// never is does not exist.
   struct Handle {
-    cl::Kernel kernel;
+    cl::Program program;
     std::size_t entry;
+    Device::Counted counted;
   };
-  Handle handle(const cl::Program& program, const std::string& name) {
-    return {cl::Kernel(program, name.c_str()), entry(name)};
-  }
+  Handle handle(const cl::Program& program, const std::string& name) { return {program, entry(name), {}}; }
 
   /// Sets the arguments in order and enqueues. bytes: least traffic of this call.
   template <typename... Arguments>
   void operator()(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes,
                   const Arguments&... arguments) {
+    if (handle.counted.kernel() == nullptr) create(handle);
     cl_uint index = 0;
-    (set(handle.kernel, index++, arguments), ...);
+    (set(handle.counted.kernel, index++, arguments), ...);
     enqueue(handle, global, local, bytes);
   }
 
@@ -96,6 +97,7 @@ class Launcher {
   }
   std::size_t entry(std::string_view name);
   std::size_t group_of_few() const;
+  void create(Handle& handle);
   void enqueue(Handle& handle, const cl::NDRange& global, const cl::NDRange& local, double bytes);
   void collect();
 

@@ -14,11 +14,13 @@ LeadWeights::LeadWeights(Launcher& launcher, const Scene& scene, const Definitio
   std::vector<std::string> options = definitions.options;
   options.push_back("LEADS=" + std::to_string(leads));
   for (const std::string& definition : torso_.definitions()) options.push_back(definition);
-  const std::vector<std::string> files = {"segments.clh", "diffusion.clh", "lead_field.clh",
-                                          "lead_weights.cl"};
-  sample_ = launcher.handle(device.build(files, options, definitions.generated), "sample_leads");
+  sample_ = launcher.handle(
+      device.build({"segments.clh", "lead_field.clh", "sample_leads.cl"}, options, definitions.generated),
+      "sample_leads");
   options.push_back("WIDTH=" + std::to_string(width_));
-  weigh_ = launcher.handle(device.build(files, options, definitions.generated), "lead_weights");
+  weigh_ = launcher.handle(
+      device.build({"segments.clh", "diffusion.clh", "lead_weights.cl"}, options, definitions.generated),
+      "lead_weights");
 }
 
 std::size_t LeadWeights::bytes(std::int64_t stride, Precision precision) {
@@ -32,9 +34,9 @@ void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl:
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
-    potentials_ = device.allocate(n * leads * real);
-    weights_ = device.allocate(n * leads * real);
-    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
+    potentials_ = device.allocate(n * leads * real, "potentials");
+    weights_ = device.allocate(n * leads * real, "weights");
+    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision), "stencil");
     // Void cells are read as neighbours and never written.
     launcher_.queue().enqueueFillBuffer(potentials_, cl_uchar{0}, 0, n * leads * real);
   }
@@ -48,7 +50,7 @@ void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl:
     const LeadFields& fields = torso_.fields(members[m].values);
     device.queue().finish();
     const std::vector<std::byte> block = pack(torso_.block(members[m].values), scene_.precision);
-    if (block_() == nullptr) block_ = device.allocate(block.size());
+    if (block_() == nullptr) block_ = device.allocate(block.size(), "block");
     launcher_.queue().enqueueWriteBuffer(block_, CL_TRUE, 0, block.size(), block.data());
     const int first = Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells;
     const int count = (tissue.first_block[m + 1] - tissue.first_block[m]) * Tissue::block_cells;

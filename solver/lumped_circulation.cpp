@@ -63,7 +63,8 @@ std::string instability(const Scene& scene, const HeartStatus& status) {
 std::size_t LumpedCirculation::bytes(const Scene& scene, int members_per_batch, std::size_t samples) {
   const std::size_t rows = 2 * compartments_of(scene) * samples * sizeof(float);
   return static_cast<std::size_t>(members_per_batch) *
-         (heart_state_bytes + sizeof(HeartStatus) + sizeof(double) + rows);
+             (heart_state_bytes + sizeof(HeartStatus) + sizeof(double) + rows) +
+         2 * Device::least_bytes;  // the clock, and what blood is less than one
 }
 
 LumpedCirculation::LumpedCirculation(Launcher& launcher, const Scene& scene, int members_per_batch,
@@ -74,30 +75,34 @@ LumpedCirculation::LumpedCirculation(Launcher& launcher, const Scene& scene, int
       at_most_(most_beats(scene)),
       single_(single || !launcher.device().has_double()) {
   Device& device = launcher.device();
-  std::vector<std::string> options = {"PARAMETERS=" + std::to_string(scene.parameters.size())};
-  if (scene.precision == Precision::double_) options.push_back("DOUBLE");
-  const cl::Program program = device.build({"circulation.clh", "beats.clh", "circulation.cl"}, options,
-                                           circulation_tables(scene, single_));
-  start_ = launcher.handle(program, "start_circulation");
-  advance_ = launcher.handle(program, "advance_circulation");
-  total_ = launcher.handle(program, "total_blood");
-
-  const auto members = static_cast<std::size_t>(members_per_batch);
-  states_ = device.allocate(members * heart_state_bytes);
-  status_ = device.allocate(members * sizeof(HeartStatus));
-  blood_ = device.allocate(members * sizeof(double));
-  pressure_ = device.allocate(members * compartments_ * samples * sizeof(float));
-  volume_ = device.allocate(members * compartments_ * samples * sizeof(float));
-
   const ParameterTable& table = scene.parameters;
   const int dt = table.find("circulation.dt_ms");  // of elastances alone
   dt_ms_ = dt < 0 ? 0 : table[dt].value;
+  std::vector<std::string> options = {"PARAMETERS=" + std::to_string(scene.parameters.size())};
+  if (scene.precision == Precision::double_) options.push_back("DOUBLE");
+  const std::string tables = circulation_tables(scene, single_);
+  build_total_ = [&device, options, tables] {
+    return device.build({"circulation.clh", "beats.clh", "total_blood.cl"}, options, tables);
+  };
+  if (dt_ms_ > 0) options.push_back("ALONE");
+  const cl::Program program =
+      device.build({"circulation.clh", "beats.clh", "circulation.cl"}, options, tables);
+  start_ = launcher.handle(program, "start_circulation");
+  if (dt_ms_ > 0) advance_ = launcher.handle(program, "advance_circulation");
+
+  const auto members = static_cast<std::size_t>(members_per_batch);
+  states_ = device.allocate(members * heart_state_bytes, "states");
+  status_ = device.allocate(members * sizeof(HeartStatus), "status");
+  blood_ = device.allocate(members * sizeof(double), "blood");
+  pressure_ = device.allocate(members * compartments_ * samples * sizeof(float), "pressure");
+  volume_ = device.allocate(members * compartments_ * samples * sizeof(float), "volume");
+
   steps_of_beat_ = dt_ms_ > 0 ? static_cast<int>(std::ceil(beat_ms(scene) / dt_ms_)) : 0;
   const std::vector<double> numbers = {beat_ms(scene), scene.beats ? 0 : table.value("time.end_ms"),
                                        scene.pv ? 1000 / table.value("outputs.pv.rate_hz") : 1,
                                        scene.beats ? table.value("time.beats.until_periodic") : 0, dt_ms_};
   const std::vector<std::byte> packed = pack(numbers, single_ ? Precision::single_ : Precision::double_);
-  numbers_ = device.allocate(packed.size());
+  numbers_ = device.allocate(packed.size(), "numbers");
   launcher.queue().enqueueWriteBuffer(numbers_, CL_TRUE, 0, packed.size(), packed.data());
 }
 
@@ -126,6 +131,7 @@ std::vector<HeartStatus> LumpedCirculation::status() {
 
 std::vector<double> LumpedCirculation::blood() {
   const Precision precision = single_ ? Precision::single_ : Precision::double_;
+  if (total_.program() == nullptr) total_ = launcher_.handle(build_total_(), "total_blood");
   launcher_.counted(total_, static_cast<std::size_t>(members_), 0, states_, blood_);
   std::vector<std::byte> raw(static_cast<std::size_t>(members_) * real_bytes(precision));
   launcher_.queue().enqueueReadBuffer(blood_, CL_TRUE, 0, raw.size(), raw.data());

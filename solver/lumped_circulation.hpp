@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,7 @@ class LumpedCirculation {
   double dt_ms_;
   cl::Buffer states_, status_, numbers_, pressure_, volume_, blood_;
   Launcher::Handle start_, advance_, total_;
+  std::function<cl::Program()> build_total_;  ///< few ask for the blood
 };
 
 }  // namespace cohort

@@ -32,18 +32,21 @@ Monodomain::Monodomain(Launcher& launcher, const Scene& scene, const Definitions
       heterogeneous_(!scene.heterogeneity.parameters.empty()),
       few_states_(models_.states() <= 2),
       constants_by_value_(members_per_batch == 1 && !few_states_ &&
-                          launcher.device().fits_argument(models_.derived() * real_bytes(scene.precision))) {
-  Device& device = launcher.device();
-  const auto members = static_cast<std::size_t>(members_per_batch);
-  const std::size_t real = real_bytes(scene.precision);
-  derived_ = device.allocate(members * models_.derived() * real);
-  fastest_rate_buffer_ = device.allocate(members * real);
-  stimuli_buffer_ =
-      device.allocate(members * std::max<std::size_t>(scene.stimuli.size(), 1) * stimulus_numbers * real);
-  if (!scene.stimuli.empty()) {
-    const cl::Program program = definitions.build(device, {"segments.clh", "stimulus.clh", "stimulus.cl"},
-                                                  {"STIMULI=" + std::to_string(scene.stimuli.size())});
-    mark_stimuli_ = launcher.handle(program, "mark_stimuli");
+                          launcher.device().fits_argument(models_.derived() * real_bytes(scene.precision))) {}
+
+// What a time loop needs.
+void Monodomain::begin() {
+  Device& device = launcher_.device();
+  const auto members = static_cast<std::size_t>(members_per_batch_);
+  const std::size_t real = real_bytes(scene_.precision);
+  derived_ = device.allocate(members * models_.derived() * real, "derived");
+  fastest_rate_buffer_ = device.allocate(members * real, "fastest rate buffer");
+  stimuli_buffer_ = device.allocate(
+      members * std::max<std::size_t>(scene_.stimuli.size(), 1) * stimulus_numbers * real, "stimuli buffer");
+  if (!scene_.stimuli.empty()) {
+    const cl::Program program = definitions_.build(device, {"segments.clh", "stimulus.clh", "stimulus.cl"},
+                                                   {"STIMULI=" + std::to_string(scene_.stimuli.size())});
+    mark_stimuli_ = launcher_.handle(program, "mark_stimuli");
   }
 }
 
@@ -136,14 +139,14 @@ void Monodomain::build_kernels() {
                    definitions_.generated);
   kernels_->step = launcher_.handle(program, "monodomain_step");
   kernels_->diffusion_step = launcher_.handle(program, "diffusion_step");
-  if (!scene_.stimuli.empty()) {
-    options.push_back("STIMULATED");
-    options.push_back("STIMULI=" + std::to_string(scene_.stimuli.size()));
-    const cl::Program stimulated = device.build(
-        joined({"segments.clh", "diffusion.clh", "stimulus.clh"}, "reaction.clh", "monodomain.cl"), options,
-        definitions_.generated);
-    kernels_->stimulated_step = launcher_.handle(stimulated, "monodomain_step");
-  }
+  if (scene_.stimuli.empty()) return;
+  options.push_back("STIMULATED");
+  options.push_back("STIMULI=" + std::to_string(scene_.stimuli.size()));
+  kernels_->build_stimulated =
+      [this, &device, options,
+       files = joined({"segments.clh", "diffusion.clh", "stimulus.clh"}, "reaction.clh", "monodomain.cl")] {
+        return launcher_.handle(device.build(files, options, definitions_.generated), "monodomain_step");
+      };
 }
 
 std::size_t Monodomain::bytes(const Scene& scene, std::span<const Member> members, int batch,
@@ -179,18 +182,20 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
                           std::span<const Member> members) {
   Device& device = launcher_.device();
   const std::size_t real = real_bytes(scene_.precision);
+  if (derived_() == nullptr) begin();
   choose_fields(members);
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
-    for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real);
-    stage_ = device.allocate(n * real);
-    states_ = device.allocate(n * real * models_.states());
-    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision));
-    activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float));
-    stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n);
-    model_of_ = device.allocate(models_.all().size() > 1 ? n : 0);
-    if (scene_.stretch_activated) stretch_rate_ = device.allocate(n * real);
+    for (cl::Buffer& buffer : potential_) buffer = device.allocate(n * real, "potential");
+    stage_ = device.allocate(n * real, "stage");
+    states_ = device.allocate(n * real * models_.states(), "states");
+    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision), "stencil");
+    activation_ = device.allocate(static_cast<std::size_t>(activation_fields(scene_)) * n * sizeof(float),
+                                  "activation");
+    stimulated_by_ = device.allocate(scene_.stimuli.empty() ? 0 : n, "stimulated by");
+    model_of_ = device.allocate(models_.all().size() > 1 ? n : 0, "model of");
+    if (scene_.stretch_activated) stretch_rate_ = device.allocate(n * real, "stretch rate");
     fields_allocated_ = -1;
   }
   if (scene_.stretch_activated)
@@ -198,8 +203,8 @@ void Monodomain::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
                                         static_cast<std::size_t>(tissue.stride) * real);
   if (fields_ > fields_allocated_) {
     fields_allocated_ = fields_;
-    derived_fields_ =
-        device.allocate(static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_));
+    derived_fields_ = device.allocate(
+        static_cast<std::size_t>(capacity_) * real * static_cast<std::size_t>(fields_), "derived fields");
   }
   const int conductivity = scene_.activation_method == ActivationMethod::bidomain
                                ? regions_.intracellular_offset
@@ -261,7 +266,7 @@ void Monodomain::initialise(const Tissue& tissue, const cl::Buffer& parameters, 
   if (substeps > 1 && before_capacity_ < capacity_) {
     before_capacity_ = capacity_;
     const std::size_t bytes = static_cast<size_t>(capacity_) * real_bytes(scene_.precision);
-    before_ = launcher_.device().allocate(bytes);
+    before_ = launcher_.device().allocate(bytes, "before");
   }
   const auto n = static_cast<std::size_t>(tissue.stride);
   // Padding is read, with zero weight, and never written: what another batch left there may be no number.
@@ -315,6 +320,8 @@ void Monodomain::step(const Tissue& tissue, const cl::Buffer& parameters, double
   const bool stimulated =
       std::any_of(stimuli_.begin(), stimuli_.end(),
                   [&](const std::vector<double>& block) { return stimulus_on(block, time_ms, dt_ms_); });
+  if (stimulated && kernels_->stimulated_step.program() == nullptr)
+    kernels_->stimulated_step = kernels_->build_stimulated();
   const auto step = [&](const auto& derived) {
     launcher_(stimulated ? kernels_->stimulated_step : kernels_->step, global, local,
               bytes * bytes_per_cell_step(), stage, base, before, potential_[1 - current_], states_, stencil_,

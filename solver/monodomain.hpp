@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
@@ -82,6 +83,7 @@ class Monodomain {
   /// By derived constant of all models: its field, or -1.
   static std::vector<int> fields_of(const Scene& scene, std::span<const Member> members);
   void choose_fields(std::span<const Member> members);
+  void begin();
   void build_kernels();
   std::vector<double> read(const cl::Buffer& buffer, std::size_t count);
   std::string generated() const;
@@ -115,6 +117,7 @@ class Monodomain {
   int before_capacity_ = 0;
   struct Kernels {
     Launcher::Handle derive, segment_rates, initialise, step, stimulated_step, diffusion_step;
+    std::function<Launcher::Handle()> build_stimulated;  ///< with the first stimulus
   };
   std::map<std::vector<int>, Kernels> kernels_by_fields_;
   Kernels* kernels_ = nullptr;

@@ -104,7 +104,7 @@ void Operators::sweeps(const Lattice& lattice, const cl::Buffer& coordinates, co
   cl::CommandQueue& queue = launcher_.queue();
   cl::Buffer weights;
   if (iteration.stored_rows) {
-    weights = device.allocate(stencil * all * real);
+    weights = device.allocate(stencil * all * real, "weights");
     queue.enqueueFillBuffer(weights, cl_uchar{0}, 0, stencil * all * real);
     launcher_(weights_, over(inside), cl::NDRange(group, 1), bytes(points, stencil + coordinate_numbers_),
               coordinates, weights, nx, ny, nz, over_dx);
@@ -112,7 +112,8 @@ void Operators::sweeps(const Lattice& lattice, const cl::Buffer& coordinates, co
   // Two buffers in turn, both with the rim, and room behind for vectors that reach over the end.
   const std::size_t size = all * static_cast<std::size_t>(components) * real;
   const auto width = static_cast<std::size_t>(width_);
-  cl::Buffer from = device.allocate(size + width * real), to = device.allocate(size + width * real);
+  cl::Buffer from = device.allocate(size + width * real, "from"),
+             to = device.allocate(size + width * real, "to");
   for (const cl::Buffer& buffer : {from, to}) {
     queue.enqueueFillBuffer(buffer, cl_uchar{0}, size, width * real);
     queue.enqueueCopyBuffer(solution, buffer, 0, 0, size);
@@ -162,8 +163,8 @@ Operators::Eigenvalues Operators::eigenvalues(const Lattice& lattice, const cl::
               (x % 2 ? 1 : -1) + 0.5 * (y % 2 ? 1 : -1) + 0.25 * (z % 2 ? 1 : -1) +
               0.1 * std::sin(1.3 * x + 2.1 * y + 2.9 * z);
   Device& device = launcher_.device();
-  const cl::Buffer field = device.allocate(u.size() * real_bytes(precision_)),
-                   zero = device.allocate(u.size() * real_bytes(precision_));
+  const cl::Buffer field = device.allocate(u.size() * real_bytes(precision_), "field"),
+                   zero = device.allocate(u.size() * real_bytes(precision_), "zero");
   const auto write = [&](const cl::Buffer& buffer, const std::vector<double>& numbers) {
     const std::vector<std::byte> raw = pack(numbers, precision_);
     launcher_.queue().enqueueWriteBuffer(buffer, CL_TRUE, 0, raw.size(), raw.data());

@@ -232,7 +232,7 @@ std::int64_t largest_tissue(Launcher& launcher, const Scene& scene, const Grid& 
   std::int64_t most = least;
   for (const Member& large : largest_members(scene, members)) {
     const std::vector<std::byte> packed = pack(large.values, scene.precision);
-    const cl::Buffer parameters = launcher.device().allocate(packed.size());
+    const cl::Buffer parameters = launcher.device().allocate(packed.size(), "parameters");
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     Tissue tissue(launcher, scene, grid, 1);
     tissue.build(parameters, 1);
@@ -295,7 +295,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const Definitions definitions = scene_definitions(scene, grid);
   Launcher launcher(device, scene.precision);
   const std::vector<std::byte> packed = pack(base.values, scene.precision);
-  const cl::Buffer parameters = device.allocate(packed.size());
+  const cl::Buffer parameters = device.allocate(packed.size(), "parameters");
   launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
   Tissue tissue(launcher, scene, grid, 1);
   tissue.build(parameters, 1);
@@ -327,7 +327,6 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
   const int batch = plan.members_per_device;
 
-  const auto stride = static_cast<std::int64_t>(plan.segments) * Tissue::lanes * batch;
   const std::int64_t largest_stride = largest_tissue(launcher, scene, grid, members, tissue.stride) * batch;
   const std::int64_t room = largest_stride + largest_stride / 16;  // fields keep some for the next batches
   std::int64_t conductor_room = 0;                                 // of tissue and bath
@@ -338,29 +337,27 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     conductor_room = static_cast<std::int64_t>(conductor->stride) * batch;
     conductor_room += conductor_room / 16;
   }
-  const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
-                          std::size_t bytes) {
-    plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
+  const auto module = [&](std::string name, bool runs, std::string reason, std::size_t bytes) {
+    plan.modules.push_back({std::move(name), runs, std::move(reason), runs ? bytes : 0});
     plan.bytes += runs ? bytes : 0;
   };
   const bool heterogeneous = !scene.heterogeneity.parameters.empty();
-  // Cells of a label map are sampled on the host.
   const bool labels = scene.geometry == GeometryKind::labels;
-  std::vector<std::string> geometry_kernels = {"flag_segments", "gather_cells", "link_segments",
-                                               labels ? "label_fibres" : "fibre_field"};
-  if (!labels) geometry_kernels.insert(geometry_kernels.begin(), "classify_cells");
   const std::size_t real = real_bytes(scene.precision);
+  constexpr std::size_t small_buffers = 24;  // of all modules, that are less than the least
   std::size_t geometry_bytes = Tissue::bytes(grid, batch, room, scene.precision) +
+                               small_buffers * Device::least_bytes +
                                base.values.size() * static_cast<std::size_t>(batch) * real;
   if (heterogeneous || scene.conduction_system) {
-    geometry_kernels.emplace_back(labels ? "label_coordinates" : "coordinate_field");
     geometry_bytes += 4 * static_cast<std::size_t>(room) * real;
   }
   // Rows of fibres and coordinates from a label map, of one heart.
   if (labels) geometry_bytes += 8 * sizeof(float) * plan.segments * Tissue::lanes;
-  module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_kernels,
-         geometry_bytes);
+  module("geometry", true, "cells, regions, fractions and fibres of every member", geometry_bytes);
+  const std::size_t before_cables = device.allocated_bytes();
+  device.restart_peak();
   choose_activation(device, scene, base, members, grid.dx_mm, plan);
+  const std::size_t for_cables = device.peak_bytes() - before_cables;
   if (scene.stimuli.empty() && !scene.conduction_system)
     spdlog::warn("nothing stimulates the tissue: there are neither stimuli nor a conduction system");
   if (scene.conduction_system && scene.conduction_system->kind == ConductionSystem::Kind::delay &&
@@ -368,68 +365,63 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     spdlog::warn("the ventricles are never activated: every early site of the conduction system is off");
   const bool eikonal = plan.activation == ActivationMethod::eikonal;
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
-  module(
-      "eikonal", eikonal || triggers,
-      eikonal || triggers ? plan.activation_reason
-                          : method_name(plan.activation) + ": " + plan.activation_reason,
-      eikonal ? std::vector<std::string>{"fast_layer", "nearest_cells", "region_speeds", "eikonal_sweep"}
-              : std::vector<std::string>{"eikonal_sweep", "front_slowness", "trigger_cells"},
-      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room));
+  // Cables of fronts are run before the buffers of the eikonal solver are there, but in a batch after.
+  std::size_t eikonal_bytes =
+      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room);
+  if (triggers)
+    eikonal_bytes = std::max(
+        eikonal_bytes,
+        eikonal_bytes + for_cables -
+            (members.size() > static_cast<std::size_t>(batch) ? 0 : Eikonal::bytes(room, scene.precision)));
+  module("eikonal", eikonal || triggers,
+         eikonal || triggers ? plan.activation_reason
+                             : method_name(plan.activation) + ": " + plan.activation_reason,
+         eikonal_bytes);
   module("templates", eikonal && scene.ecg,
          !eikonal     ? "the time loop has the potential"
          : !scene.ecg ? "no ECG is asked for"
                       : "outputs.ecg: action potentials behind the arrival times, without a time loop",
-         {"run_templates", "template_places", "project_blocks", "project_totals"},
          scene.ecg ? TemplateEcg::bytes(device, scene, batch, room) : 0);
   module("monodomain", !eikonal,
          eikonal    ? "no time loop"
          : triggers ? "potential of the tissue"
          : bidomain ? "cells and intracellular operator of the bidomain equations"
                     : "activation and potential of the tissue",
-         {"derive_members", "initialise_cells", "monodomain_step", "diffusion_step"},
          Monodomain::bytes(scene, members.empty() ? std::span(&base, 1) : members, batch, room));
   module("diffusion", !eikonal || scene.ecg,
          !eikonal || scene.ecg ? "stencils of the tissue's conductivities"
                                : "neither a time loop nor an ECG needs one",
-         {"conductivity_tensor", "assemble_stencil", "diffusion_bound"},
          Diffusion::scratch_bytes(std::max(room, conductor_room), scene.precision));
   module("bidomain", bidomain,
          bidomain ? "electrophysiology.activation: extracellular potential of tissue and bath"
                   : "the monodomain equation has no extracellular potential",
-         {"add_couplings", "bidomain_source", "gather_extracellular", "bidomain_diffusion"},
          bidomain ? Bidomain::bytes(device, *conductor, batch, room, conductor_room, scene.precision) : 0);
   if (forward) {
     const Torso torso(device, scene, 1);
     module("torso", true, "outputs.ecg: a solve at every sample",
-           {"tissue_currents", "deposit_currents", "read_leads"},
            ForwardEcg::bytes(room, scene.precision) +
                static_cast<std::size_t>(batch) * torso.bytes(base.values));
   } else if (scene.ecg) {
     const Torso torso(device, scene);
-    module("torso", true, "outputs.ecg: lead fields and weights", {"sample_leads", "lead_weights"},
+    module("torso", true, "outputs.ecg: lead fields and weights",
            LeadWeights::bytes(room, scene.precision) + torso.bytes(base.values));
   } else {
-    module("torso", false, "no ECG is asked for", {}, 0);
+    module("torso", false, "no ECG is asked for", 0);
   }
-  module("recorder", true, scene.ecg ? "samples of the leads, checks" : "checks",
-         {"record_blocks", "record_totals", "check_cells", "check_members", "check_weights"},
+  module("recorder", !eikonal,
+         eikonal     ? "no time loop to sample"
+         : scene.ecg ? "samples of the leads, checks"
+                     : "checks",
          Recorder::bytes(scene, batch, Recorder::samples_per_fetch, room));
   module("activation times", scene.activation.has_value(),
-         scene.activation ? "outputs.activation" : "no activation times are asked for", {},
+         scene.activation ? "outputs.activation" : "no activation times are asked for",
          activation_fields(scene) > 1 ? Probes::bytes(scene, batch, samples_of(scene) + 1) : 0);
   const SolidPlan solid = add_mechanics(launcher, scene, members, base, batch, plan);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
   refuse_beyond(plan.bytes, limit, whole_batch);
 
-  const double end_ms = recorded_ms(scene);
   if (eikonal) {
-    // Measured with configs/eikonal.yaml on one CPU core with a triad of 18 GB/s; elsewhere in its
-    // proportion.
-    constexpr double seconds_per_cell = 13e-6, measured_GB_per_s = 18;
-    plan.seconds_per_member = seconds_per_cell * static_cast<double>(plan.tissue_cells) * measured_GB_per_s /
-                              device.triad_GB_per_s();
-    plan.seconds_per_member += solid.seconds_per_member;
     if (scene.mechanics) {
       plan.dt_ms = solid.dt_ms;
       plan.steps = solid.steps;
@@ -457,31 +449,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     refuse_beyond(plan.bytes, limit, whole_batch);
   }
   plan.dt_ms = steps.dt_ms;
-  plan.steps = static_cast<int>(std::lround(end_ms / steps.dt_ms));
-
-  // Traffic at the measured bandwidth, or the launches, whichever is longer.
-  const double launch_s = device.info().gpu ? 4e-6 : 40e-6;
-  constexpr double share_of_triad = 0.7;
-  const double bytes_per_step =
-      static_cast<double>(stride) *
-      (monodomain.bytes_per_cell_step() + monodomain.bytes_per_cell_stage() * (2 * steps.substeps - 1));
-  const double step_s = std::max(bytes_per_step / (share_of_triad * device.triad_GB_per_s() * 1e9),
-                                 2 * launch_s * steps.substeps);
-  const int beats = Electromechanics::wanted(scene, plan.activation) && scene.beats ? most_beats(scene) : 1;
-  plan.seconds_per_member = beats * plan.steps * step_s / batch + solid.seconds_per_member;
-  // What one V-cycle and its step of conjugate gradients move and launch; the numbers of V-cycles are those
-  // of configs/bidomain.yaml and of the forward ECG's test.
-  constexpr double reals_per_cell = 60, launches = 50, cycles_per_step = 6, cycles_per_sample = 6;
-  const auto cycle_s = [&](std::size_t cells) {
-    return std::max(reals_per_cell * static_cast<double>(cells * real_bytes(scene.precision)) /
-                        (share_of_triad * device.triad_GB_per_s() * 1e9),
-                    launches * launch_s);
-  };
-  if (bidomain)
-    plan.seconds_per_member += plan.steps * cycles_per_step * cycle_s(static_cast<std::size_t>(grid.size()));
-  if (forward)
-    plan.seconds_per_member += end_ms / sampling_interval_ms(scene) * cycles_per_sample *
-                               cycle_s(Torso(device, scene, 1).cells(base.values));
+  plan.steps = static_cast<int>(std::lround(recorded_ms(scene) / steps.dt_ms));
   return plan;
 }
 

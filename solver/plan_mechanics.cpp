@@ -21,25 +21,6 @@ namespace cohort {
 
 namespace {
 
-// Of a step of tissue at rest: its launches but the member's own, measured.
-double measured_step_s(Solid& solid, const cl::Buffer& parameters, cl::CommandQueue& queue) {
-  constexpr int repetitions = 4, looks_each = 16;
-  double best = 1e9;
-  for (int k = 0; k < repetitions; ++k) {
-    const auto start = Clock::now();
-    solid.measure(parameters);
-    queue.finish();
-    const double look_s = seconds_since(start);
-    solid.forces(parameters);
-    solid.predict(true);
-    solid.move();
-    queue.finish();
-    const double step_s = seconds_since(start) - look_s + look_s / looks_each;
-    if (k > 0) best = std::min(best, step_s);  // the first one compiles
-  }
-  return best;
-}
-
 // Of one member: of the scene's own, which `solid` has built, or of the largest.
 std::size_t bytes_of_member(Solid& solid, Launcher& launcher, const Scene& scene,
                             std::span<const Member> members) {
@@ -47,12 +28,12 @@ std::size_t bytes_of_member(Solid& solid, Launcher& launcher, const Scene& scene
   const std::vector<Member> largest = largest_members(scene, members);
   for (const Member& large : largest) {
     const std::vector<std::byte> packed = pack(large.values, scene.precision);
-    const cl::Buffer parameters = launcher.device().allocate(packed.size());
+    const cl::Buffer parameters = launcher.device().allocate(packed.size(), "parameters");
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     solid.build(parameters, {&large, 1});
     if (solid.defect(0).empty()) most = std::max(most, solid.bytes());
   }
-  if (!largest.empty()) most += most / 64;  // there may be a larger one
+  if (members.size() > 1 && !largest.empty()) most += most / 64;  // there may be a larger one
   return most;
 }
 
@@ -114,17 +95,14 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
                                                            : on_cpu;
   if (!members.empty())
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
-  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device);
+  plan.bytes = Heartbeat::bytes(scene, plan.members_per_device) + 4 * Device::least_bytes;
   for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
                            "recorder", "activation times", "mechanics"})
-    plan.modules.push_back({name, false, "there is no tissue", {}, 0});
+    plan.modules.push_back({name, false, "there is no tissue", 0});
   plan.modules.push_back(
-      {"circulation",
-       true,
-       scene.pv ? "outputs.pv: all chambers are elastances" : "all chambers are elastances",
-       {"start_circulation", "advance_circulation"},
-       plan.bytes});
-  plan.modules.push_back({"fluid", false, "no flow output is asked for", {}, 0});
+      {"circulation", true,
+       scene.pv ? "outputs.pv: all chambers are elastances" : "all chambers are elastances", plan.bytes});
+  plan.modules.push_back({"fluid", false, "no flow output is asked for", 0});
   const std::size_t limit = options.memory_limit_bytes > 0
                                 ? std::min(options.memory_limit_bytes, device.info().memory_bytes)
                                 : device.info().memory_bytes;
@@ -133,10 +111,6 @@ Plan plan_circulation(Device& device, const Scene& scene, std::span<const Member
       scene.beats ? most_beats(scene) * beat_ms(scene) : scene.parameters.value("time.end_ms");
   plan.dt_ms = scene.parameters.value("circulation.dt_ms") * scene.parameters.value("time.step_factor");
   plan.steps = static_cast<int>(std::ceil(length_ms / plan.dt_ms));
-  // A step of one member on a CPU core, measured (solver/README.md); on a GPU one of them all, a guess.
-  constexpr double cpu_step_s = 1e-6, gpu_step_s = 10e-6;
-  plan.seconds_per_member =
-      plan.steps * (device.info().gpu ? gpu_step_s / plan.members_per_device : cpu_step_s);
   return plan;
 }
 
@@ -152,7 +126,7 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
   for (const char* name : {"geometry", "eikonal", "templates", "monodomain", "diffusion", "bidomain", "torso",
                            "recorder", "activation times"})
-    plan.modules.push_back({name, false, "nothing is excited", {}, 0});
+    plan.modules.push_back({name, false, "nothing is excited", 0});
   Launcher launcher(device, scene.precision);
   const SolidPlan solid = add_mechanics(launcher, scene, members, base, plan.members_per_device, plan);
   refuse_beyond(plan.bytes, memory_limit(device, options),
@@ -160,7 +134,6 @@ Plan plan_solid(Device& device, const Scene& scene, std::span<const Member> memb
   plan.tissue_cells = solid.cells;
   plan.dt_ms = solid.dt_ms;
   plan.steps = solid.steps;
-  plan.seconds_per_member = solid.seconds_per_member;
   return plan;
 }
 
@@ -190,9 +163,8 @@ static void check_drive(const Scene& scene, const MechanicsText& text) {
 SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const Member> members,
                         const Member& base, int batch, Plan& plan) {
   SolidPlan result;
-  const auto module = [&](std::string name, bool runs, std::string reason, std::vector<std::string> kernels,
-                          std::size_t bytes) {
-    plan.modules.push_back({std::move(name), runs, std::move(reason), std::move(kernels), runs ? bytes : 0});
+  const auto module = [&](std::string name, bool runs, std::string reason, std::size_t bytes) {
+    plan.modules.push_back({std::move(name), runs, std::move(reason), runs ? bytes : 0});
     plan.bytes += runs ? bytes : 0;
   };
   if (scene.mechanics) {
@@ -217,7 +189,7 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
                 : coupled ? Electromechanics::options(scene)
                           : std::vector<std::string>());
     const std::vector<std::byte> packed = pack(base.values, scene.precision);
-    const cl::Buffer parameters = device.allocate(packed.size());
+    const cl::Buffer parameters = device.allocate(packed.size(), "parameters");
     launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
     solid.build(parameters, {&base, 1});
     if (!solid.defect(0).empty()) throw std::invalid_argument(solid.defect(0));
@@ -225,41 +197,18 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
       if (const std::string why = SolidPoints(launcher, scene, solid).defect(solid, 0); !why.empty())
         throw std::invalid_argument(why);
     const SolidMesh& mesh = solid.mesh();
-    if (text.tension.drive != MaterialFile::Drive::none) {  // steps are timed without cells behind them
-      const std::size_t cells = static_cast<std::size_t>(mesh.cells);
-      const std::size_t numbers = std::max(2 * cells, TensionDrive::bytes(scene, 1) / sizeof(float));
-      solid.drive(upload_new(launcher, std::vector<double>(numbers, 0)), std::vector<double>(cells, 0), {});
-    }
     warn_of_solid(scene, solid);
     result.cells = static_cast<std::size_t>(mesh.tissue_cells[0]);
     result.dt_ms = solid.first_step_ms(parameters) * scene.parameters.value("mechanics.step_factor");
     const double length_ms = scene.circulation               ? most_beats(scene) * beat_ms(scene)
                              : scene.mechanics->quasi_static ? 0
                                                              : scene.parameters.value("time.end_ms");
-    // Steps shorten as walls thin and muscle stiffens: to two thirds on average over a beat of the default
-    // heart.
-    constexpr double shorter = 1.5, steps_to_rest = 1000;
+    // Steps shorten as walls thin and muscle stiffens: a beat of the default heart takes 1.3 times as many as
+    // at rest.
+    constexpr double shorter = 1.3, steps_to_rest = 1000;
     result.steps = static_cast<int>(length_ms > 0 ? shorter * length_ms / result.dt_ms : steps_to_rest);
-    // On a GPU by launches, or by traffic (solver/README.md); a CPU's step is measured, as laws differ
-    // tenfold.
-    constexpr double gpu_step_s = 30e-6, gpu_cell_s = 0.3e-9;
-    result.seconds_per_member =
-        result.steps * (device.info().gpu
-                            ? std::max(gpu_step_s / batch, gpu_cell_s * static_cast<double>(result.cells))
-                            : measured_step_s(solid, parameters, launcher.queue()));
-    std::vector<std::string> kernels = {"solid_parts", "solid_vertex_voids", "solid_fibres"};
-    if (scene.geometry == GeometryKind::labels) kernels = {"solid_label_fibres"};
-    if (!plan.viscous && !scene.mechanics->quasi_static)
-      for (const char* name :
-           {"solid_wave_start", "solid_wave_cells", "solid_wave_nodes", "solid_wave_member"})
-        kernels.emplace_back(name);
-    for (const char* name : {"solid_measure", "solid_bound", "solid_forces", "solid_predict",
-                             scene.circulation ? "solid_beat" : "solid_load", "solid_move"})
-      kernels.emplace_back(name);
-    if (scene.displacement) kernels.emplace_back("solid_record");
     module("mechanics", true,
            scene.pv ? "outputs.pv: " + std::to_string(result.cells) + " cells deform" : "tissue deforms",
-           kernels,
            static_cast<std::size_t>(batch) * bytes_of_member(solid, launcher, scene, members) +
                (scene.displacement ? SolidPoints::bytes(scene, batch) : 0) +
                (scene.circulation ? 0 : Heartbeat::bytes(scene, batch)));
@@ -267,30 +216,28 @@ SolidPlan add_mechanics(Launcher& launcher, const Scene& scene, std::span<const 
            drive ? "mechanics.tension: " + scene.mechanics->tension + " by single cells behind arrival times"
            : coupled && TensionDrive::wanted(scene) ? "the cells themselves drive the tension"
                                                     : "activation times alone drive the tension",
-           {"run_drives"}, drive ? TensionDrive::bytes(scene, batch) : 0);
+           drive ? TensionDrive::bytes(scene, batch) : 0);
     std::string together = "activation times are enough";
     if (coupled && TensionDrive::wanted(scene))
       together = "mechanics.tension: " + scene.mechanics->tension + " follows the cells in windows of 1 ms";
     if (coupled && scene.stretch_activated)
       together = (TensionDrive::wanted(scene) ? together + "; " : std::string()) +
                  "electrophysiology.stretch_activated: stretch acts on the cells every 1 ms";
-    module(
-        "electromechanics", coupled, together,
-        {"bring_drive", "bring_activation", "bring_stretch", "solid_release"},
-        static_cast<std::size_t>(batch) * Electromechanics::bytes(scene, static_cast<std::size_t>(mesh.cells),
-                                                                  plan.segments * Tissue::lanes));
+    const std::size_t for_coupling =
+        Electromechanics::bytes(scene, static_cast<std::size_t>(mesh.cells), plan.segments * Tissue::lanes);
+    module("electromechanics", coupled, together,
+           // In the place of what building the tissue has given back.
+           static_cast<std::size_t>(batch) * (for_coupling - std::min(for_coupling, solid.scratch_bytes())));
   } else {
-    module("mechanics", false, "no pressure-volume output is asked for", {}, 0);
+    module("mechanics", false, "no pressure-volume output is asked for", 0);
   }
   const bool tissue = scene.mechanics && !scene.mechanics->cavities.empty();
-  std::vector<std::string> kernels = {"start_circulation"};
-  if (!tissue) kernels.emplace_back("advance_circulation");  // else solid_beat does
   module("circulation", scene.circulation.has_value(),
          !scene.circulation ? "no circulation is asked for"
          : tissue           ? "joins cavities of tissue and chambers"
                             : "all chambers are elastances",
-         kernels, scene.circulation ? Heartbeat::bytes(scene, batch) : 0);
-  module("fluid", false, "no flow output is asked for", {}, 0);
+         scene.circulation ? Heartbeat::bytes(scene, batch) : 0);
+  module("fluid", false, "no flow output is asked for", 0);
   return result;
 }
 

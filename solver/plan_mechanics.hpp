@@ -31,7 +31,7 @@ void warn_of_solid(const Scene& scene, const Solid& solid);
 struct SolidPlan {
   std::size_t cells = 0;
   int steps = 0;
-  double dt_ms = 0, seconds_per_member = 0;
+  double dt_ms = 0;
 };
 
 /// Appends mechanics, circulation and fluid to the modules of `plan`, whose grid is set. Builds the tissue of

@@ -7,6 +7,8 @@ namespace cohort {
 
 std::vector<Member> largest_members(const Scene& scene, std::span<const Member> members) {
   constexpr std::size_t most = 4;  // each is built once
+  // It need not be the scene's own heart.
+  if (members.size() == 1) return {members.begin(), members.end()};
   struct Length {
     std::size_t place;
     double lower, upper;

@@ -54,8 +54,8 @@ Probes::Probes(Launcher& launcher, const Scene& scene, const Definitions& defini
   Device& device = launcher.device();
   record_ = launcher.handle(definitions.build(device, {"probes.cl"}), "record_probes");
   const std::size_t rows = static_cast<std::size_t>(members_per_batch) * scene.activation->probes.size();
-  cells_ = device.allocate(rows * sizeof(int));
-  series_ = device.allocate(rows * static_cast<std::size_t>(samples) * sizeof(float));
+  cells_ = device.allocate(rows * sizeof(int), "cells");
+  series_ = device.allocate(rows * static_cast<std::size_t>(samples) * sizeof(float), "series");
 }
 
 std::size_t Probes::bytes(const Scene& scene, int members_per_batch, int samples) {

@@ -107,10 +107,10 @@ ReactionEikonal::ReactionEikonal(Launcher& launcher, const Scene& scene, const D
   trigger_cells_ = launcher.handle(program, "trigger_cells");
   const auto slots = static_cast<std::size_t>(members_per_batch) * scene.regions.size();
   const std::size_t real = real_bytes(scene.precision);
-  speeds_ = device.allocate(2 * slots * real);
-  trigger_ = device.allocate(2 * slots * real);
-  latency_ = device.allocate(slots * stimuli * latencies * real);
-  beats_ = device.allocate(2 * static_cast<std::size_t>(members_per_batch) * real);
+  speeds_ = device.allocate(2 * slots * real, "speeds");
+  trigger_ = device.allocate(2 * slots * real, "trigger");
+  latency_ = device.allocate(slots * stimuli * latencies * real, "latency");
+  beats_ = device.allocate(2 * static_cast<std::size_t>(members_per_batch) * real, "beats");
 }
 
 std::size_t ReactionEikonal::bytes(const Scene& scene, int members, std::int64_t stride) {
@@ -132,9 +132,9 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const std::size_t bytes = static_cast<std::size_t>(capacity_) * real;
-    speed_ = device.allocate(2 * bytes);
-    initial_ = device.allocate(bytes);
-    slowness_ = device.allocate(bytes);
+    speed_ = device.allocate(2 * bytes, "speed");
+    initial_ = device.allocate(bytes, "initial");
+    slowness_ = device.allocate(bytes, "slowness");
   }
   const auto upload = [&](const cl::Buffer& buffer, const std::vector<double>& numbers) {
     const std::vector<std::byte> packed = pack(numbers, scene_.precision);

@@ -31,6 +31,7 @@ std::string state_bounds(const CellModels& models) {
 Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& definitions,
                    int members_per_batch, int samples)
     : launcher_(launcher),
+      definitions_(definitions),
       precision_(scene.precision),
       members_per_batch_(members_per_batch),
       samples_(samples),
@@ -38,24 +39,26 @@ Recorder::Recorder(Launcher& launcher, const Scene& scene, const Definitions& de
       weighted_(scene.ecg && scene.ecg->method == EcgRequest::Method::lead_field ? LeadWeights::leads : 0),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)),
       scene_(scene),
-      models_(scene) {
-  Device& device = launcher.device();
-  Definitions own = definitions;
+      models_(scene) {}
+
+// What a time loop needs: without one there is no sample.
+void Recorder::begin() {
+  Device& device = launcher_.device();
+  Definitions own = definitions_;
   own.generated += state_bounds(models_);
   const cl::Program program =
-      own.build(device, {"segments.clh", "diffusion.clh", "record.cl", "cell_checks.cl"},
+      own.build(device, {"segments.clh", "diffusion.clh", "sum_of_group.clh", "record.cl", "cell_checks.cl"},
                 {"WIDTH=" + std::to_string(width_), "LEADS=" + std::to_string(weighted_),
                  "ROW=" + std::to_string(quantities_), "CELL_MODELS=" + std::to_string(models_.all().size()),
                  "STATES=" + std::to_string(models_.states())});
-  record_blocks_ = launcher.handle(program, "record_blocks");
-  record_totals_ = launcher.handle(program, "record_totals");
-  check_cells_ = launcher.handle(program, "check_cells");
-  check_members_ = launcher.handle(program, "check_members");
-  check_weights_ = launcher.handle(program, "check_weights");
+  record_blocks_ = launcher_.handle(program, "record_blocks");
+  record_totals_ = launcher_.handle(program, "record_totals");
+  check_cells_ = launcher_.handle(program, "check_cells");
+  check_members_ = launcher_.handle(program, "check_members");
   const auto bytes =
-      static_cast<std::size_t>(samples * members_per_batch * quantities_) * real_bytes(precision_);
-  for (cl::Buffer& half : series_) half = device.allocate(bytes);
-  const auto members = static_cast<std::size_t>(members_per_batch);
+      static_cast<std::size_t>(samples_ * members_per_batch_ * quantities_) * real_bytes(precision_);
+  for (cl::Buffer& half : series_) half = device.allocate(bytes, "samples");
+  const auto members = static_cast<std::size_t>(members_per_batch_);
   for (cl::Buffer& half : checks_) half = device.allocate(members * check_width * real_bytes(precision_));
   bounds_buffer_ = device.allocate(members * 2 * real_bytes(precision_));
   first_block_ = device.allocate((members + 1) * sizeof(int));
@@ -81,13 +84,14 @@ void Recorder::make_room(const Tissue& tissue) {
   Device& device = launcher_.device();
   const auto blocks = static_cast<std::size_t>(capacity_blocks_);
   const std::size_t real = real_bytes(precision_);
-  partial_ = device.allocate(blocks * static_cast<std::size_t>(quantities_) * real);
+  partial_ = device.allocate(blocks * static_cast<std::size_t>(quantities_) * real, "partial sums");
   moved_ = device.allocate(2 * blocks * real);
   for (cl::Buffer* buffer : {&wild_, &beyond_}) *buffer = device.allocate(2 * blocks * sizeof(int));
   for (cl::Buffer* buffer : {&wild_mV_, &beyond_state_}) *buffer = device.allocate(blocks * real);
 }
 
 void Recorder::prepare(const Tissue& tissue, std::span<const Member> members) {
+  if (first_block_() == nullptr) begin();
   members_ = static_cast<int>(tissue.first_block.size()) - 1;
   half_ = sample_ = 0;
   arrived_[0] = arrived_[1] = cl::Event();
@@ -148,11 +152,16 @@ void Recorder::look(const Tissue& tissue, const Monodomain& monodomain) {
 }
 
 std::vector<double> Recorder::weights_left(const Tissue& tissue, const cl::Buffer& weights) {
-  make_room(tissue);
+  if (check_weights_.program() == nullptr)
+    check_weights_ = launcher_.handle(
+        definitions_.build(launcher_.device(), {"segments.clh", "sum_of_group.clh", "check_weights.cl"},
+                           {"WIDTH=" + std::to_string(width_), "LEADS=" + std::to_string(weighted_)}),
+        "check_weights");
   const bool gpu = launcher_.device().info().gpu;
   const auto blocks = static_cast<std::size_t>(tissue.blocks), leads = static_cast<std::size_t>(weighted_);
   const auto group = static_cast<std::size_t>(Tissue::block_cells);
-  const cl::Buffer sums = launcher_.device().allocate(2 * leads * blocks * real_bytes(precision_));
+  const cl::Buffer sums =
+      launcher_.device().allocate(2 * leads * blocks * real_bytes(precision_), "sums of weights");
   launcher_(check_weights_, cl::NDRange(gpu ? blocks * group : blocks), cl::NDRange(gpu ? group : 1),
             static_cast<double>(blocks * group * leads * real_bytes(precision_)), weights, sums,
             tissue.stride, tissue.blocks);

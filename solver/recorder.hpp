@@ -62,10 +62,12 @@ class Recorder {
   std::vector<double> weights_left(const Tissue& tissue, const cl::Buffer& weights);
 
  private:
+  void begin();
   First first(const Tissue& tissue, std::size_t m, const cl::Buffer& places, const cl::Buffer& numbers);
   void make_room(const Tissue& tissue);
 
   Launcher& launcher_;
+  Definitions definitions_;
   Precision precision_;
   int members_per_batch_, samples_, quantities_, weighted_, width_, members_ = 0;
   int half_ = 0;

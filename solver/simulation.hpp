@@ -55,8 +55,7 @@ struct PlannedModule {
   std::string name;  ///< "monodomain", "torso", "mechanics", ...
   bool runs;
   std::string reason;  ///< why it runs or is left out
-  std::vector<std::string> kernels;
-  std::size_t bytes;  ///< device memory of one batch
+  std::size_t bytes;   ///< device memory of one batch
 };
 
 /// Plane fronts of one excitable region of the scene's own values.
@@ -77,9 +76,8 @@ struct Plan {
   int members_per_device = 1;
   int steps = 0;
   double dt_ms = 0;
-  bool viscous = false;           ///< some member's deforming tissue is viscous
-  std::size_t bytes = 0;          ///< all modules
-  double seconds_per_member = 0;  ///< expected, from the device's measured bandwidth and launch cost
+  bool viscous = false;   ///< some member's deforming tissue is viscous
+  std::size_t bytes = 0;  ///< all modules
 };
 
 struct PlanOptions {

@@ -27,11 +27,11 @@ SingleCells::SingleCells(Launcher& launcher, Precision precision, const std::str
     for (const Parameter& parameter : model_.parameters) parameters_.push_back(parameter.value);
   Device& device = launcher.device();
   const std::size_t real = real_bytes(precision), n = static_cast<std::size_t>(padded_);
-  parameter_buffer_ = device.allocate(parameters_.size() * real);
-  derived_ = device.allocate(n * model_.derived.size() * real);
-  fastest_rate_ = device.allocate(n * real);
+  parameter_buffer_ = device.allocate(parameters_.size() * real, "parameter buffer");
+  derived_ = device.allocate(n * model_.derived.size() * real, "derived");
+  fastest_rate_ = device.allocate(n * real, "fastest rate");
   V_ = device.allocate(n * real);
-  states_ = device.allocate(n * model_.states.size() * real);
+  states_ = device.allocate(n * model_.states.size() * real, "states");
   const std::vector<std::string> files = {"gates.clh", "cells/" + model_.name + ".cl", "single_cells.cl"};
   std::vector<std::string> options;
   if (precision == Precision::double_) options.push_back("DOUBLE");
@@ -122,9 +122,9 @@ SingleCells::Trace SingleCells::pace(const std::vector<Pacing>& pacing, const St
 
   Device& device = launcher_.device();
   const std::vector<std::byte> raw = pack(protocol, precision_);
-  cl::Buffer protocol_buffer = device.allocate(raw.size()),
-             index_buffer = device.allocate(indices.size() * sizeof(int)),
-             trace_buffer = device.allocate(samples * columns * row * real_bytes(precision_));
+  cl::Buffer protocol_buffer = device.allocate(raw.size(), "protocol buffer"),
+             index_buffer = device.allocate(indices.size() * sizeof(int), "index buffer"),
+             trace_buffer = device.allocate(samples * columns * row * real_bytes(precision_), "trace buffer");
   cl::CommandQueue& queue = launcher_.queue();
   queue.enqueueWriteBuffer(protocol_buffer, CL_TRUE, 0, raw.size(), raw.data());
   queue.enqueueWriteBuffer(index_buffer, CL_TRUE, 0, indices.size() * sizeof(int), indices.data());

@@ -95,10 +95,12 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
     parts.emplace_back(file);
   std::vector<std::string> of_forces = parts;
   of_forces.emplace_back("solid_forces.cl");
-  for (const char* file :
-       {"solid_nodes.cl", "solid_measure.cl", "solid_look.clh", "solid_energy.cl", "solid_record.cl"})
+  for (const char* file : {"solid_nodes.cl", "solid_measure.cl", "solid_look.clh", "solid_energy.cl"})
     parts.emplace_back(file);
-  if (!viscous) parts.emplace_back("solid_waves.cl");
+  if (scene.displacement) parts.emplace_back("solid_record.cl");
+  // Halts that find rest need the fastest modes resolved in time: no share of them is looked for.
+  const bool waves = !viscous && !scene.mechanics->quasi_static;
+  if (waves) parts.emplace_back("solid_waves.cl");
   if (windows) parts.emplace_back("solid_windows.cl");
   parts.emplace_back(beats ? "solid_beat.cl" : "solid_load.cl");
   options = {"SOLID_BLOCK=" + std::to_string(SolidMesh::block),
@@ -125,7 +127,7 @@ Solid::Solid(Launcher& launcher, const Scene& scene, const Definitions& definiti
   if (windows) release_ = launcher.handle(program_, "solid_release");
   bound_ = launcher.handle(program_, "solid_bound");
   if (balances_) find_dashpots_ = launcher.handle(program_, "solid_dashpots");
-  if (viscous) return;  // its step is bounded cell by cell
+  if (!waves) return;  // steps are bounded cell by cell
   wave_start_ = launcher.handle(program_, "solid_wave_start");
   wave_cells_ = launcher.handle(program_, "solid_wave_cells");
   wave_nodes_ = launcher.handle(program_, "solid_wave_nodes");
@@ -161,9 +163,9 @@ SolidParts Solid::find_parts(const cl::Buffer& parameters) {
   const auto members = static_cast<std::size_t>(members_);
   const auto cells = static_cast<std::size_t>(grid_.size()) * members;
   const auto planes = static_cast<std::size_t>(nz) * members;
-  const cl::Buffer counts =
-      launcher_.device().allocate(cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort));
-  const cl::Buffer region = launcher_.device().allocate(cells);
+  const cl::Buffer counts = launcher_.device().allocate(
+      cells * static_cast<std::size_t>(4 * (voids_ + 1)) * sizeof(cl_ushort), "counts");
+  const cl::Buffer region = launcher_.device().allocate(cells, "region");
   launcher_(parts_, cl::NDRange(static_cast<std::size_t>(nx), static_cast<std::size_t>(ny), planes),
             launcher_.device().info().gpu ? cl::NullRange : cl::NDRange(8, 1, 1),
             static_cast<double>(cells) * (2 + voids_), parameters, grid_.origin_and_spacing(), counts,
@@ -183,41 +185,43 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   Device& device = launcher_.device();
   const std::size_t real = real_bytes(scene_.precision);
   const std::size_t cavities = scene_.mechanics->cavities.size();
-  member_of_cell_ =
-      upload_new(launcher_, members_of_blocks(mesh_.cell_blocks, mesh_.cells / SolidMesh::block, 1));
-  member_of_node_ =
-      upload_new(launcher_, members_of_blocks(mesh_.node_blocks, mesh_.nodes / SolidMesh::block, 1));
-  member_of_item_ = upload_new(launcher_, members_of_blocks(mesh_.item_blocks, mesh_.items / SolidMesh::block,
-                                                            static_cast<int>(cavities)));
-  cell_nodes_ = upload_new(launcher_, mesh_.cell_nodes);
+  member_of_cell_ = upload_new(
+      launcher_, members_of_blocks(mesh_.cell_blocks, mesh_.cells / SolidMesh::block, 1), "member of cell");
+  member_of_node_ = upload_new(
+      launcher_, members_of_blocks(mesh_.node_blocks, mesh_.nodes / SolidMesh::block, 1), "member of node");
+  member_of_item_ = upload_new(
+      launcher_,
+      members_of_blocks(mesh_.item_blocks, mesh_.items / SolidMesh::block, static_cast<int>(cavities)),
+      "member of item");
+  cell_nodes_ = upload_new(launcher_, mesh_.cell_nodes, "cell nodes");
   share_ = reals(mesh_.share);
-  region_ = upload_new(launcher_, mesh_.region);
-  tile_slots_ = upload_new(launcher_, mesh_.tile_slots);
-  slot_node_ = upload_new(launcher_, mesh_.slot_node);
-  cell_slots_ = upload_new(launcher_, mesh_.cell_slots);
-  corners_ = upload_new(launcher_, mesh_.corners);
-  first_slot_ = upload_new(launcher_, mesh_.first_slot);
-  node_slots_ = upload_new(launcher_, mesh_.node_slots);
-  cavity_block_ = upload_new(launcher_, mesh_.cavity_block);
+  region_ = upload_new(launcher_, mesh_.region, "region");
+  tile_slots_ = upload_new(launcher_, mesh_.tile_slots, "tile slots");
+  slot_node_ = upload_new(launcher_, mesh_.slot_node, "slot node");
+  cell_slots_ = upload_new(launcher_, mesh_.cell_slots, "cell slots");
+  corners_ = upload_new(launcher_, mesh_.corners, "corners");
+  first_slot_ = upload_new(launcher_, mesh_.first_slot, "first slot");
+  node_slots_ = upload_new(launcher_, mesh_.node_slots, "node slots");
+  cavity_block_ = upload_new(launcher_, mesh_.cavity_block, "cavity block");
   std::vector<int> ends;
   for (std::size_t m = 0; m < members.size(); ++m) {
     int end = mesh_.node_blocks[m + 1];
     while (end > mesh_.node_blocks[m] && mesh_.cavity_block[n(end - 1)] == 0) --end;
     ends.push_back(end);
   }
-  cavity_ends_ = upload_new(launcher_, ends);
+  cavity_ends_ = upload_new(launcher_, ends, "cavity ends");
   std::vector<int> moving;
   for (int b = 0; b < mesh_.nodes / SolidMesh::block; ++b)
     if (!scene_.circulation || mesh_.cavity_block[n(b)] != 0) moving.push_back(b);
   moving_blocks_ = static_cast<int>(moving.size());
-  moving_ = upload_new(launcher_, moving);
-  item_cell_ = upload_new(launcher_, mesh_.item_cell);
-  item_cavity_ = upload_new(launcher_, mesh_.item_cavity);
+  moving_ = upload_new(launcher_, moving, "moving");
+  item_cell_ = upload_new(launcher_, mesh_.item_cell, "item cell");
+  item_cavity_ = upload_new(launcher_, mesh_.item_cavity, "item cavity");
   item_share_ = reals(mesh_.item_share);
   item_faces_ = reals(mesh_.item_faces);
-  item_tile_slots_ = upload_new(launcher_, mesh_.item_tile_slots);
-  item_slot_node_ = upload_new(launcher_, mesh_.item_slot_node);
-  item_slots_ = upload_new(launcher_, mesh_.item_slots);
+  item_tile_slots_ = upload_new(launcher_, mesh_.item_tile_slots, "item tile slots");
+  item_slot_node_ = upload_new(launcher_, mesh_.item_slot_node, "item slot node");
+  item_slots_ = upload_new(launcher_, mesh_.item_slots, "item slots");
   position_ = reals(mesh_.position);
   lid_ = reals(mesh_.lid);
   constexpr unsigned cavity_bits = 28;  // as in kernels/solid_nodes.cl
@@ -230,14 +234,14 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
           mesh_.cavity_first[place + 1] > mesh_.cavity_first[place])
         cavity_of[a] |= 1u << (cavity_bits + q);
   }
-  cavity_of_ = upload_new(launcher_, cavity_of);
-  cavity_first_ = upload_new(launcher_, mesh_.cavity_first);
-  cavity_slots_ = upload_new(launcher_, mesh_.cavity_slots);
-  node_blocks_ = upload_new(launcher_, mesh_.node_blocks);
-  cell_blocks_ = upload_new(launcher_, mesh_.cell_blocks);
-  item_blocks_ = upload_new(launcher_, mesh_.item_blocks);
+  cavity_of_ = upload_new(launcher_, cavity_of, "cavity of");
+  cavity_first_ = upload_new(launcher_, mesh_.cavity_first, "cavity first");
+  cavity_slots_ = upload_new(launcher_, mesh_.cavity_slots, "cavity slots");
+  node_blocks_ = upload_new(launcher_, mesh_.node_blocks, "node blocks");
+  cell_blocks_ = upload_new(launcher_, mesh_.cell_blocks, "cell blocks");
+  item_blocks_ = upload_new(launcher_, mesh_.item_blocks, "item blocks");
 
-  direction_ = device.allocate(n(mesh_.cells) * (sheets_ ? 24 : 12) * real);
+  direction_ = device.allocate(n(mesh_.cells) * (sheets_ ? 24 : 12) * real, "direction");
   if (labels_) {
     std::vector<int> place(n(mesh_.cells), -1);
     for (std::size_t i = 0; i < place.size(); ++i)
@@ -246,7 +250,7 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
               member_of_cell_, upload_new(launcher_, place), region_,
               upload_new(launcher_, labels_->direction), direction_);
   } else {
-    const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell);
+    const cl::Buffer grid_cell = upload_new(launcher_, mesh_.grid_cell, "grid cell");
     launcher_(fibres_, cl::NDRange(n(mesh_.cells)), cl::NDRange(SolidMesh::block), 0.0, parameters,
               grid_.origin_and_spacing(), grid_cell, region_, direction_);
   }
@@ -306,8 +310,10 @@ void Solid::upload(const cl::Buffer& parameters, std::span<const Member> members
   damping_ = reals(mass_damping);
   inflation_ = reals(inflation);
   pressures_ = reals(pressures);
-  series_ = upload_new(launcher_, std::vector<float>(members.size() * 2 * cavities * samples_,
-                                                     std::numeric_limits<float>::quiet_NaN()));
+  series_ = upload_new(
+      launcher_,
+      std::vector<float>(members.size() * 2 * cavities * samples_, std::numeric_limits<float>::quiet_NaN()),
+      "series");
   if (scene_.circulation) return;
   const bool still = scene_.mechanics->quasi_static;
   const auto structural = [&](const char* path) { return scene_.parameters.value(path); };

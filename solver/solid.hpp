@@ -69,6 +69,8 @@ class Solid {
 
   /// Device bytes of what has been built, at most at once.
   std::size_t bytes() const;
+  /// Of these, what is given back when all is built.
+  std::size_t scratch_bytes() const;
 
   const SolidMesh& mesh() const { return mesh_; }
   const cl::Program& program() const { return program_; }

@@ -93,11 +93,7 @@ void Solid::release() {
     *buffer = cl::Buffer();
 }
 
-std::size_t Solid::bytes() const {
-  std::size_t built = 0;
-  for (const cl::Buffer& buffer : buffers())
-    if (buffer() != nullptr) built += std::max(buffer.getInfo<CL_MEM_SIZE>(), Device::least_bytes);
-  // What stands beside them for a while; a driver gives it back a little later.
+std::size_t Solid::scratch_bytes() const {
   const std::size_t real = real_bytes(scene_.precision);
   const auto n = [](int count) { return static_cast<std::size_t>(count); };
   const std::size_t nodes = n(mesh_.nodes);
@@ -106,9 +102,18 @@ std::size_t Solid::bytes() const {
       viscous_ || scene_.mechanics->quasi_static
           ? 0
           : (n(mesh_.cells) * 24 + nodes * 6 + nodes / SolidMesh::block * 3) * real;
-  const std::size_t for_mesh = n(members_) * static_cast<std::size_t>(grid_.size()) * (1 + 8 * n(voids_ + 1));
+  return for_supports + for_fastest_mode;
+}
+
+std::size_t Solid::bytes() const {
+  std::size_t built = 0;
+  for (const cl::Buffer& buffer : buffers())
+    if (buffer() != nullptr) built += std::max(buffer.getInfo<CL_MEM_SIZE>(), Device::least_bytes);
+  // What stands beside them for a while; a driver gives it back a little later.
+  const auto members = static_cast<std::size_t>(members_), parts = static_cast<std::size_t>(voids_ + 1);
+  const std::size_t for_mesh = members * static_cast<std::size_t>(grid_.size()) * (1 + 8 * parts);
   constexpr std::size_t small_buffers = 20 * Device::least_bytes;
-  return std::max(built + for_supports + for_fastest_mode, for_mesh) + small_buffers;
+  return std::max(built + scratch_bytes(), for_mesh) + small_buffers;
 }
 
 }  // namespace cohort

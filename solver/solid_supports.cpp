@@ -95,8 +95,8 @@ void Solid::build_supports(std::span<const Member> members) {
   };
   // Nodes near the void of a clamp are held.
   std::vector<cl_ushort> near(static_cast<std::size_t>(mesh_.nodes), 0);
-  const cl::Buffer near_on_device = upload_new(launcher_, near);
-  const cl::Buffer vertex = upload_new(launcher_, mesh_.vertex);
+  const cl::Buffer near_on_device = upload_new(launcher_, near, "near on device");
+  const cl::Buffer vertex = upload_new(launcher_, mesh_.vertex, "vertex");
   std::vector<double> values;
   for (const Member& member : members)
     values.insert(values.end(), member.values.begin(), member.values.end());
@@ -211,7 +211,7 @@ void Solid::build_supports(std::span<const Member> members) {
   for (int& place : support_of)
     if (place >= 0 && supports[static_cast<std::size_t>(place)].projector != Support{}.projector)
       place |= clamped;
-  support_of_ = upload_new(launcher_, support_of);
+  support_of_ = upload_new(launcher_, support_of, "support of");
   support_ = reals(fields);
 }
 

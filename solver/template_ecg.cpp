@@ -106,16 +106,18 @@ TemplateEcg::TemplateEcg(Launcher& launcher, const Scene& scene, const Definitio
   totals_ = launcher.handle(program, "project_totals");
 
   const auto regions = scene.regions.size();
-  table_ = device.allocate(members * static_cast<std::size_t>(columns_.total * (phases_ + 1) * row_) * real);
-  column_first_ = device.allocate(regions * sizeof(int));
-  column_count_ = device.allocate(regions * sizeof(int));
+  table_ = device.allocate(members * static_cast<std::size_t>(columns_.total * (phases_ + 1) * row_) * real,
+                           "table");
+  column_first_ = device.allocate(regions * sizeof(int), "column first");
+  column_count_ = device.allocate(regions * sizeof(int), "column count");
   upload_ints(launcher.queue(), column_first_, columns_.first);
   upload_ints(launcher.queue(), column_count_, columns_.count);
-  first_block_ = device.allocate((members + 1) * sizeof(int));
-  series_ = device.allocate(static_cast<std::size_t>(samples_) * members * (LeadWeights::leads + 1) * real);
+  first_block_ = device.allocate((members + 1) * sizeof(int), "first block");
+  series_ = device.allocate(static_cast<std::size_t>(samples_) * members * (LeadWeights::leads + 1) * real,
+                            "series");
 
   if (scene.heterogeneity.parameters.empty()) return;
-  range_ = device.allocate(members * regions * 2 * real);
+  range_ = device.allocate(members * regions * 2 * real, "range");
   columns_kernel_ = template_columns_kernel(launcher, scene, definitions);
 }
 
@@ -188,15 +190,16 @@ void TemplateEcg::place_cells(const Tissue& tissue, const cl::Buffer& parameters
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
-    column_of_ = device.allocate(n * real);
-    place_ = device.allocate(n * sizeof(int));
-    start_ = device.allocate(n * sizeof(int));
-    share_ = device.allocate(3 * n * real);
+    column_of_ = device.allocate(n * real, "column of");
+    place_ = device.allocate(n * sizeof(int), "place");
+    start_ = device.allocate(n * sizeof(int), "start");
+    share_ = device.allocate(3 * n * real, "share");
   }
   if (tissue.blocks > capacity_blocks_) {
     capacity_blocks_ = tissue.blocks + tissue.blocks / 16 + 1;
     partial_ = device.allocate(static_cast<std::size_t>(capacity_blocks_) *
-                               static_cast<std::size_t>((LeadWeights::leads + 1) * row_) * real);
+                                   static_cast<std::size_t>((LeadWeights::leads + 1) * row_) * real,
+                               "partial");
   }
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double cells = static_cast<double>(n), bytes = static_cast<double>(real);

@@ -110,7 +110,7 @@ void TensionDrive::prepare(std::span<const Member> members) {
       return upload_new(launcher_, pack(host, scene_.precision));
     };
     const std::size_t count = batch.columns.size();
-    const cl::Buffer silent = launcher_.device().allocate(count * sizeof(int));
+    const cl::Buffer silent = launcher_.device().allocate(count * sizeof(int), "silent");
     launcher_.counted(runs_[k], count,
                       static_cast<double>(count * static_cast<std::size_t>(row_)) *
                           static_cast<double>(real_bytes(scene_.precision)),
@@ -161,7 +161,7 @@ std::vector<double> TensionDrive::columns_of_cells(std::span<const Member> membe
       std::copy_n(own.begin() + static_cast<std::ptrdiff_t>(m * width), width,
                   ranges.begin() + static_cast<std::ptrdiff_t>(of_tissue[m] * width));
     const auto n = static_cast<std::size_t>(tissue.stride);
-    const cl::Buffer column = launcher_.device().allocate(n * real_bytes(scene_.precision));
+    const cl::Buffer column = launcher_.device().allocate(n * real_bytes(scene_.precision), "column");
     launcher_(varying_, cl::NDRange(n), cl::NDRange(Tissue::group), static_cast<double>(n), parameters,
               tissue.member_of, tissue.region, tissue.coordinates,
               upload_new(launcher_, pack(ranges, scene_.precision)), column, tissue.stride);

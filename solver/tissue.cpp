@@ -98,11 +98,12 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
       device_(launcher.device()),
       precision_(scene.precision),
       grid_(grid),
+      definitions_(scene_definitions(scene, grid)),
       capacity_members_(members) {
   if (grid.size() * members >= std::int64_t{1} << 31)
     throw std::runtime_error("a batch of " + std::to_string(members) + " members on " +
                              std::to_string(grid.size()) + " cells is larger than 2^31 cells");
-  Definitions definitions = scene_definitions(scene, grid);
+  Definitions definitions = definitions_;
   if (holds == Holds::conductors) {
     definitions.generated += "#undef EXCITABLE_TABLE\n#define EXCITABLE_TABLE {";
     for (const Region& part : scene.regions)
@@ -116,10 +117,11 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
     files.insert(files.end(), {"label_fibres.clh", "labels.cl"});
     labels_ = label_cells(scene);
   }
+  if (scene.conduction_system || !scene.heterogeneity.parameters.empty())
+    definitions.options.emplace_back("COORDINATES");
   const cl::Program program =
       device_.build(files, definitions.options, definitions.generated + geometry_source(scene));
   if (!labels) classify_ = launcher.handle(program, "classify_cells");
-  classify_vertices_ = launcher.handle(program, "classify_vertices");
   flag_segments_ = launcher.handle(program, "flag_segments");
   gather_ = launcher.handle(program, "gather_cells");
   link_ = launcher.handle(program, "link_segments");
@@ -127,10 +129,10 @@ Tissue::Tissue(Launcher& launcher, const Scene& scene, const Grid& grid, int mem
   coordinate_field_ = launcher.handle(program, labels ? "label_coordinates" : "coordinate_field");
 
   const auto cells = static_cast<std::size_t>(grid.size()) * static_cast<std::size_t>(members);
-  grid_region_ = device_.allocate(cells);
-  grid_fraction_ = device_.allocate(cells * sizeof(float));
-  flag_ = device_.allocate(cells / lanes);
-  place = device_.allocate(cells / lanes * sizeof(int));
+  grid_region_ = device_.allocate(cells, "grid region");
+  grid_fraction_ = device_.allocate(cells * sizeof(float), "grid fraction");
+  flag_ = device_.allocate(cells / lanes, "flag");
+  place = device_.allocate(cells / lanes * sizeof(int), "place");
 }
 
 std::size_t Tissue::bytes(const Grid& grid, int members, std::int64_t stride, Precision precision) {
@@ -170,13 +172,13 @@ void Tissue::compact(const std::vector<std::uint8_t>& flags, int members) {
   if (stride > capacity_stride_) {
     capacity_stride_ = stride + stride / 16;  // room for the next members, whose hearts differ a little
     const auto cells = static_cast<std::size_t>(capacity_stride_);
-    first_cell = device_.allocate(cells / lanes * sizeof(int));
-    member_of = device_.allocate(cells / lanes * sizeof(cl_ushort));
-    neighbours = device_.allocate(cells / lanes * sizeof(cl_int8));
-    region = device_.allocate(cells);
-    capacity = device_.allocate(cells * real_bytes(precision_));
-    inverse_capacity = device_.allocate(cells * real_bytes(precision_));
-    fibre = device_.allocate(3 * cells * real_bytes(precision_));
+    first_cell = device_.allocate(cells / lanes * sizeof(int), "first cell");
+    member_of = device_.allocate(cells / lanes * sizeof(cl_ushort), "member of");
+    neighbours = device_.allocate(cells / lanes * sizeof(cl_int8), "neighbours");
+    region = device_.allocate(cells, "region");
+    capacity = device_.allocate(cells * real_bytes(precision_), "capacity");
+    inverse_capacity = device_.allocate(cells * real_bytes(precision_), "inverse capacity");
+    fibre = device_.allocate(3 * cells * real_bytes(precision_), "fibre");
   }
   cl::CommandQueue& queue = launcher_.queue();
   upload(queue, first_cell, first_cells);
@@ -252,8 +254,8 @@ void Tissue::build_label_tables() {
       position[4 * at + k] = labels_->coordinates[4 * t + k];
     }
   }
-  label_direction_ = device_.allocate(direction.size() * sizeof(float));
-  label_coordinates_ = device_.allocate(position.size() * sizeof(float));
+  label_direction_ = device_.allocate(direction.size() * sizeof(float), "label direction");
+  label_coordinates_ = device_.allocate(position.size() * sizeof(float), "label coordinates");
   upload(launcher_.queue(), label_direction_, direction);
   upload(launcher_.queue(), label_coordinates_, position);
 }
@@ -275,7 +277,7 @@ void Tissue::build_coordinates(const cl::Buffer& parameters) {
   const auto n = static_cast<std::size_t>(stride), real = real_bytes(precision_);
   if (stride > coordinates_stride_) {
     coordinates_stride_ = capacity_stride_;
-    coordinates = device_.allocate(4 * static_cast<std::size_t>(coordinates_stride_) * real);
+    coordinates = device_.allocate(4 * static_cast<std::size_t>(coordinates_stride_) * real, "coordinates");
   }
   if (labels_) {
     build_label_tables();
@@ -316,7 +318,10 @@ std::vector<std::uint8_t> Tissue::vertices(int members) {
   const auto& [nx, ny, nz] = grid_.cells;
   const auto count = static_cast<std::size_t>(nx + 1) * static_cast<std::size_t>(ny + 1) *
                      static_cast<std::size_t>(nz + 1) * static_cast<std::size_t>(members);
-  const cl::Buffer types = device_.allocate(count);
+  const cl::Buffer types = device_.allocate(count, "types");
+  if (classify_vertices_.program() == nullptr)
+    classify_vertices_ = launcher_.handle(
+        definitions_.build(device_, {"segments.clh", "classify_vertices.cl"}), "classify_vertices");
   launcher_(classify_vertices_,
             cl::NDRange(nx + 1, ny + 1, static_cast<size_t>(nz + 1) * static_cast<size_t>(members)),
             cl::NullRange, 2.0 * static_cast<double>(count), grid_region_, types);

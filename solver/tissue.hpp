@@ -100,6 +100,7 @@ class Tissue {
   Device& device_;
   Precision precision_;
   Grid grid_;
+  Definitions definitions_;
   cl::Buffer grid_region_, grid_fraction_, flag_;
   std::shared_ptr<const LabelCells> labels_;  // geometry `labels`: its cells, the same for all members
   cl::Buffer label_direction_, label_coordinates_;

@@ -247,7 +247,7 @@ const LeadFields& Torso::fields(const std::vector<double>& values) {
   if (key == key_) return fields_;
   key_.clear();  // stays so when the solve fails
   if (kind_ == TorsoKind::unbounded) {
-    if (!fields_.potential()) fields_.potential = device_.allocate(64);
+    if (!fields_.potential()) fields_.potential = device_.allocate(64, "potential");
     fields_.electrodes_mm = electrode_places(kind_, table_, values);
   } else {
     solve(values);
@@ -267,17 +267,18 @@ void Torso::set_up(const std::vector<double>& values) {
   const std::size_t real = double_ ? sizeof(double) : sizeof(float);
   if (!solver_ || solver_->cells() != grid.cells) {
     solver_.reset();
-    solver_ = std::make_unique<EllipticSolver>(device_, grid.cells, count_, double_);
+    solver_ = std::make_unique<EllipticSolver>(device_, grid.cells, count_, double_, Couplings::faces,
+                                               std::source_location::current());
     const std::size_t field = solver_->field_cells();
     if (count_ == electrodes) {
-      source_ = device_.allocate(electrodes * field * real);
-      fields_.potential = device_.allocate(electrodes * field * real);
+      source_ = device_.allocate(electrodes * field * real, "source");
+      fields_.potential = device_.allocate(electrodes * field * real, "potential");
     }
     std::size_t corners = 1;
     for (const int n : grid.cells) corners *= static_cast<std::size_t>(n) + 1;
-    level_ = device_.allocate(corners * real);
-    weights_ = device_.allocate(electrodes * window * real);
-    windows_ = device_.allocate(3 * electrodes * sizeof(cl_int));
+    level_ = device_.allocate(corners * real, "level");
+    weights_ = device_.allocate(electrodes * window * real, "weights");
+    windows_ = device_.allocate(3 * electrodes * sizeof(cl_int), "windows");
   }
   for (std::size_t i = 0; i < 3; ++i) {
     fields_.extent[i] = grid.cells[i] + 2;
@@ -305,7 +306,8 @@ void Torso::solve(const std::vector<double>& values) {
                              std::to_string(result.relative_residual) + " after " +
                              std::to_string(result.iterations) + " iterations");
 
-  cl::Kernel outside(program_, "continue_outside");
+  Device::Counted counted = device_.kernel(program_, "continue_outside");
+  cl::Kernel& outside = counted.kernel;
   for (cl_uint i = 0; i < 3; ++i) outside.setArg(i, grid.cells[i]);
   outside.setArg(3, solver_->inverse_diagonal());
   outside.setArg(4, fields_.potential);
@@ -313,6 +315,7 @@ void Torso::solve(const std::vector<double>& values) {
       outside, cl::NullRange,
       cl::NDRange(static_cast<std::size_t>(fields_.extent[0]), static_cast<std::size_t>(fields_.extent[1]),
                   static_cast<std::size_t>(fields_.extent[2] * electrodes)));
+  device_.count_launch(counted.place);
 }
 
 /// Ellipsoids of another conductivity, from the first on: centre and semi-axes in cells of the buffer, and
@@ -341,8 +344,13 @@ void Torso::enqueue_conductances(const std::vector<double>& values, const Box& g
                        static_cast<std::size_t>(grid.cells[1] + more),
                        static_cast<std::size_t>(grid.cells[2] + more));
   };
-  cl::Kernel level(program_, "torso_level_set"), conductance(program_, "torso_conductance"),
-      currents(program_, "electrode_currents");
+  const auto counted = [&](const char* name) {  // each is launched once
+    const Device::Counted kernel = device_.kernel(program_, name);
+    device_.count_launch(kernel.place);
+    return kernel.kernel;
+  };
+  cl::Kernel level = counted("torso_level_set"), conductance = counted("torso_conductance"),
+             currents = counted("electrode_currents");
   for (cl_uint i = 0; i < 3; ++i) {
     level.setArg(i, grid.cells[i]);
     level.setArg(3 + i, static_cast<Real>((grid.corner[i] - grid.centre[i]) / grid.half[i]));
@@ -382,7 +390,7 @@ void Torso::enqueue_conductances(const std::vector<double>& values, const Box& g
     std::vector<Real> numbers(ellipsoids.begin(), ellipsoids.end());
     const cl::Buffer buffer(device_.context(), CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
                             numbers.size() * sizeof(Real), numbers.data());
-    cl::Kernel include(program_, "torso_inclusions");
+    cl::Kernel include = counted("torso_inclusions");
     for (cl_uint i = 0; i < 3; ++i) include.setArg(i, grid.cells[i]);
     include.setArg(3, static_cast<cl_int>(numbers.size() / 7));
     include.setArg(4, buffer);

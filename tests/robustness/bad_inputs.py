@@ -124,9 +124,9 @@ def devices(folder):
         result = cohort(folder, *arguments, environment=empty)
         expect(f"no device: {arguments[0]}", result, 1, "no OpenCL device: ", "install pocl-opencl-icd")
     assert not (folder / "none.h5").exists(), "a store was created without a device"
-    expect("a device that does not exist", cohort(folder, "plan", small, "--device", "99"), 1,
+    expect("a device that does not exist", cohort(folder, "plan", "--quick", small, "--device", "99"), 1,
            "no OpenCL device 99; there are: 0 = ")
-    expect("a device that is no number", cohort(folder, "plan", small, "--device", "fast"), 1, "cpu, gpu or an index")
+    expect("a device that is no number", cohort(folder, "plan", "--quick", small, "--device", "fast"), 1, "cpu, gpu or an index")
 
 
 def command_line(folder):
@@ -166,9 +166,9 @@ store: ventricle.h5
 def mechanics(folder):
     """What is odd about tissue that deforms is told; what bursts is unstable at a time and a place."""
     file = write(folder, "ventricle.yaml", VENTRICLE)
-    expect("free tissue is told", cohort(folder, "plan", file, "--set", "mechanics.boundary={}"), 0,
+    expect("free tissue is told", cohort(folder, "plan", "--quick", file, "--set", "mechanics.boundary={}"), 0,
            "no clamp and no spring resists 6 of the six rigid motions")
-    expect("a thin wall is told", cohort(folder, "plan", file, "--set", "grid.dx_mm=4"), 0,
+    expect("a thin wall is told", cohort(folder, "plan", "--quick", file, "--set", "grid.dx_mm=4"), 0,
            "mechanics.cavities.lv: a quarter of the wall is thinner than 1.")
     expect("members that burst", cohort(folder, "run", file), 2)
     with h5py.File(folder / "ventricle.h5") as store:
@@ -234,13 +234,13 @@ def outside_the_tissue(folder):
     stimulus = ["--set", "stimuli={pace: {shape: sphere, centre_mm: [%d, 2, 2], radius_mm: 1.5}}"]
     probe = ["--set", "outputs={activation: {probes: {here_mm: [%d, 2, 2]}}}"]
     inside = [text.replace("%d", "3") for text in stimulus + probe]
-    result = cohort(folder, "plan", small, *inside)
+    result = cohort(folder, "plan", "--quick", small, *inside)
     expect("a stimulus and a probe in the tissue", result, 0)
     if "outside" in result.stderr:
         expect("no warning of what lies inside", result, None)
     outside = [text.replace("%d", "50") for text in stimulus + probe]
     of_stimulus, of_probe = 'stimulus "pace" lies outside the tissue', 'probe "here" lies outside the tissue'
-    expect("a plan of a stimulus and a probe outside", cohort(folder, "plan", small, *outside), 0, of_stimulus, of_probe)
+    expect("a plan of a stimulus and a probe outside", cohort(folder, "plan", "--quick", small, *outside), 0, of_stimulus, of_probe)
     expect("a run of them", cohort(folder, "run", small, *outside), 2, of_stimulus, of_probe, 'stimulus "pace" reaches no tissue')
     expect("a run of a probe outside", cohort(folder, "run", small, *[text.replace("%d", "3") for text in stimulus],
                                               *[text.replace("%d", "50") for text in probe], "--store", "b.h5"), 0,

@@ -163,6 +163,7 @@ struct Hearts {
     scene.beats.emplace();
     scene.mechanics.emplace();
     scene.mechanics->cavities = {{"lv", ""}, {"rv", ""}};
+    scene.parameters.add({"time.step_factor", "1", 1, 0.25, 4, "", ""});  // the circulation's tables know it
     declare_circulation(scene);
     declare_pv_outputs(scene);
     scene.parameters[scene.parameters.index("time.beats.until_periodic")].value = 0;

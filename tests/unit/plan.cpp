@@ -6,44 +6,65 @@
 #include <stdexcept>
 
 #include "ensemble/plan_campaign.hpp"
+#include "solver/trial.hpp"
 #include "tests/campaign_run.hpp"
 
 namespace cohort::test {
 namespace {
 
-TEST(Plan, ListsWhatRuns) {
-  const auto kernels = [](const std::string& file, const std::vector<std::string>& overrides,
-                          const std::string& module) {
-    const Campaign campaign = campaign_of(file, overrides);
-    for (const PlannedModule& planned : make_plan(device(), campaign.scene, {}, {}).modules)
-      if (planned.name == module) return planned.kernels;
-    return std::vector<std::string>();
-  };
-  const auto has = [](const std::vector<std::string>& all, const char* kernel) {
-    return std::find(all.begin(), all.end(), kernel) != all.end();
-  };
-  const std::vector<std::string> coarse = {"grid.dx_mm=6", "torso.dx_mm=20"};
-  EXPECT_FALSE(has(kernels("heart.yaml", coarse, "circulation"), "advance_circulation"));
-  EXPECT_TRUE(has(kernels("heart.yaml", coarse, "circulation"), "start_circulation"));
-  EXPECT_TRUE(has(kernels("heart.yaml", coarse, "mechanics"), "solid_beat"));
-  EXPECT_FALSE(has(kernels("heart.yaml", coarse, "mechanics"), "solid_record"));
-  EXPECT_TRUE(has(kernels("circulation.yaml", {}, "circulation"), "advance_circulation"));
-  EXPECT_TRUE(has(kernels("arostica.yaml", {"grid.dx_mm=8"}, "mechanics"), "solid_record"));
+// Of the first steps of a batch, as `cohort plan` takes them.
+Trial trial_of(const std::string& file, const std::vector<std::string>& overrides) {
+  const Campaign campaign = campaign_of(file, overrides);
+  const Plan plan = make_plan(device(), campaign.scene, {}, {});
+  return try_out(device(), campaign.scene, plan, {}, 0.2);
 }
 
-// A CPU's step is measured: Ogden's law costs several times the neo-Hookean one.
+const std::vector<std::string> coarse_beat = {"grid.dx_mm=6", "mechanics.dx_mm=8",
+                                              "outputs={pv: {rate_hz: 1000}}"};
+
+TEST(Plan, ListsWhatRuns) {
+  const auto built = [](const Trial& trial, const char* kernel) {
+    return std::any_of(trial.footprint.kernels.begin(), trial.footprint.kernels.end(),
+                       [&](const Footprint::Kernel& k) { return k.name == kernel; });
+  };
+  const Trial heart = trial_of("heart.yaml", coarse_beat);
+  EXPECT_FALSE(built(heart, "advance_circulation"));
+  EXPECT_TRUE(built(heart, "start_circulation"));
+  EXPECT_TRUE(built(heart, "solid_beat"));
+  EXPECT_FALSE(built(heart, "solid_record"));
+  EXPECT_FALSE(built(heart, "lead_weights"));
+  EXPECT_TRUE(built(trial_of("circulation.yaml", {}), "advance_circulation"));
+  EXPECT_TRUE(built(trial_of("arostica.yaml", {"grid.dx_mm=8"}), "solid_record"));
+}
+
+// Ogden's law costs several times the neo-Hookean one, and steps are run to see it.
 TEST(Plan, SecondsAreThoseOfTheLaw) {
-  if (device().info().gpu) GTEST_SKIP() << "a GPU's seconds are those of launches and traffic";
+  if (device().info().gpu) GTEST_SKIP() << "a step of one small heart is its launches there";
   const auto step_s = [](const std::string& law) {
-    const Campaign campaign = campaign_of(
-        "heart.yaml",
-        {"grid.dx_mm=6", "torso.dx_mm=20", "outputs={pv: {rate_hz: 1000}}", "scene.mechanics.law=" + law});
-    const Plan plan = make_plan(device(), campaign.scene, {}, {});
-    return plan.seconds_per_member / plan.steps;
+    std::vector<std::string> overrides = coarse_beat;
+    overrides.push_back("scene.mechanics.law=" + law);
+    return trial_of("heart.yaml", overrides).step_s;
   };
   const double neo_hookean = step_s("neo_hookean"), ogden = step_s("ogden");
   std::printf("a step: neo-Hookean %.2f ms, Ogden %.2f ms\n", 1e3 * neo_hookean, 1e3 * ogden);
   EXPECT_GT(ogden, 1.5 * neo_hookean);
+}
+
+// Of a circulation alone a trial is the whole run: its beats are those that members take.
+TEST(Plan, ACirculationIsTriedToItsEnd) {
+  const Trial trial = trial_of("circulation.yaml", {"time.beats.at_most=3"});
+  EXPECT_TRUE(trial.beats_are_known);
+  EXPECT_GT(trial.beats, 1);
+  EXPECT_LE(trial.beats, 3);
+  EXPECT_GT(trial.seconds_per_member, 0);
+}
+
+// What samples take is in the steps: those of a slab are known to the number.
+TEST(Plan, AMonodomainIsItsSteps) {
+  const Trial trial = trial_of("slab.yaml", {"grid.dx_mm=1", "time.end_ms=50"});
+  EXPECT_EQ(trial.steps, 1000);
+  EXPECT_GE(trial.launches_per_step, 2);
+  EXPECT_NEAR(trial.seconds_per_member, trial.setup_s + trial.steps * trial.step_s, 1e-9);
 }
 
 TEST(Plan, NamesTheMethod) {

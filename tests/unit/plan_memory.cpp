@@ -1,4 +1,5 @@
-// The memory that a plan states, beside what then is allocated.
+// The memory that a plan states, beside what then is allocated: more cases than files of configs/, of which
+// tests/unit/footprint.cpp sees each.
 #include <chrono>
 #include <thread>
 
@@ -59,6 +60,7 @@ Taken taken_of_stated(const std::string& file, const std::vector<std::string>& o
 
 void expect_stated(const Taken& taken) {
   EXPECT_LE(taken.peak, 1);
+  EXPECT_GE(taken.peak, 0.95);
   EXPECT_GE(taken.kept, 0.8);
 }
 
@@ -92,14 +94,14 @@ TEST(PlanMemory, OfABeatingHeart) {
                                            "time.beats.length_ms=300"};
   const Taken taken = taken_of_stated("heart.yaml", coarse, ActivationMethod::eikonal);
   EXPECT_LE(taken.peak, 1);
-  EXPECT_GE(taken.peak, 0.85);
+  EXPECT_GE(taken.peak, 0.95);
 }
 
 TEST(PlanMemory, OfTissueUnderPressure) {
   const Taken taken =
       taken_of_stated("arostica.yaml", {"grid.dx_mm=5", "time.end_ms=5"}, ActivationMethod::automatic);
   EXPECT_LE(taken.peak, 1);
-  EXPECT_GE(taken.peak, 0.85);
+  EXPECT_GE(taken.peak, 0.95);
 }
 
 // Hearts that are larger than the scene's own.
@@ -109,7 +111,7 @@ TEST(PlanMemory, OfSampledHearts) {
                                        "time.beats.length_ms=300", "campaign.members=4"},
                                       ActivationMethod::eikonal, 2);
   EXPECT_LE(taken.peak, 1);
-  EXPECT_GE(taken.peak, 0.75);
+  EXPECT_GE(taken.peak, 0.95);
 }
 
 }  // namespace
