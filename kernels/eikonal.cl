@@ -22,9 +22,10 @@
 // hold a second time S: when the wave in the sheet passes beside them. S obeys the same local solver between cells of one
 // sheet alone, with all corners of a triangle in it, else the wave would jump a thin wall. Wave and sheet excite each other
 // after the way between them: T <= S + depth, S <= T + depth. So it matters little how many cells the set has and which lie
-// in it, as long as it has no holes: at least about dx thick.
+// in it, as long as it has no holes: at least about dx thick. A sheet's rim lies between cells: those beyond it hold S as if the
+// sheet went on, and T <= S + |depth| with a negative depth that tells it, the way from the rim less S's from there.
 //
-// Needs segments.clh. Fields are (stride), T with a sheet (2, stride): T, S; speed (2, stride) along and across fibres, mm/ms;
+// Needs segments.clh, field_gradient.clh. Fields are (stride), T with a sheet (2, stride): T, S; speed (2, stride) along and across fibres, mm/ms;
 // times ms, UNREACHED where the wave has not come. Bit k = (dx+1) + 3 (dy+1) + 9 (dz+1) of `linked` (`in_sheet`): neighbour (dx, dy, dz) is tissue of
 // the same graph (of the same sheet).
 
@@ -70,15 +71,8 @@ kernel void eikonal_sheet_metric(global const int *restrict first_cell, global c
   const int i = get_global_id(0);
   real n[3] = {0, 0, 0};
   if (sheet[i] != 0) {
-    const int cell = first_cell[i / LANES] + i % LANES, step[3] = {1, NX, NX * NY};
-    for (int a = 0; a < 3; ++a) {
-      int below = clamp(cell - step[a], 0, grid_cells - 1), above = clamp(cell + step[a], 0, grid_cells - 1);
-      below = LANES * place[below / LANES] + below % LANES;
-      above = LANES * place[above / LANES] + above % LANES;
-      if (region[below] == NO_REGION) below = i;
-      if (region[above] == NO_REGION) above = i;
-      n[a] = (distance[above] - distance[below]) / (above != i && below != i ? 2 * dx : dx);
-    }
+    const real3 gradient = field_gradient(distance, i, first_cell, place, region, dx, grid_cells);
+    n[0] = gradient.x, n[1] = gradient.y, n[2] = gradient.z;
   }
   // Shorter than 1 where a neighbour is missing: then as much less.
   const real length2 = fmax(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], R(1.0)), full = dx * dx / (speed[i] * speed[i]);
@@ -125,12 +119,6 @@ kernel void eikonal_start(global const real *restrict initial, const int with_in
   T[i] = T_other[i] = t;
   if (with_sheet) T[i + (size_t)stride] = T_other[i + (size_t)stride] = UNREACHED;
   if (t < UNREACHED) changed[i / LANES] = mark;
-}
-
-// Compact place of neighbour `offset` = dx + NX (dy + NY dz) of grid cell `cell`; void where it is no tissue.
-inline int neighbour_place(global const int *place, int cell, int offset, int grid_cells) {
-  const int n = clamp(cell + offset, 0, grid_cells - 1);
-  return LANES * place[n / LANES] + n % LANES;
 }
 
 // Second differences of T by cell, (6, stride) xx yy zz xy xz yz; UNREACHED where a neighbour is missing.
@@ -235,41 +223,6 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
                               lambda[0] * lambda[2] * lesser(diagonal[0], diagonal[2]));
   const real most = R(0.5) * fmax(here - earliest, R(0.0));  // keeps the wave going forward
   correction[i] = clamp(late, -most, most);
-}
-
-// When sources fire: at start[k], with a trigger[k] >= 0 that much later than the wave reaches that cell.
-kernel void eikonal_trigger(global const int *restrict trigger, global const real *restrict start,
-                            global const real *restrict T, global real *restrict fired, const int sources) {
-  const int k = get_global_id(0);
-  if (k >= sources) return;
-  const real come = trigger[k] < 0 ? 0 : T[trigger[k]];
-  fired[k] = come < UNREACHED ? come + start[k] : UNREACHED;
-}
-
-// A work-item for each cell that has sources: k from first[c] up to first[c + 1]. Those in a sheet start both waves.
-kernel void eikonal_fire(global const int *restrict cell_of, global const int *restrict first,
-                         global const real *restrict fired, global const uchar *restrict region,
-                         global const uchar *restrict sheet, const int with_sheet, global real *restrict T,
-                         global real *restrict T_other, global int *restrict changed, const int mark,
-                         global int *restrict last_change, const int stride, const int cells) {
-  const int c = get_global_id(0);
-  if (c >= cells) return;
-  const int cell = cell_of[c];
-  real earliest = UNREACHED;
-  for (int k = first[c]; k < first[c + 1]; ++k) earliest = fmin(earliest, fired[k]);
-  if (region[cell] == NO_REGION) return;
-  bool earlier = earliest < T[cell];
-  if (earlier) T[cell] = T_other[cell] = earliest;
-  if (with_sheet && sheet[cell] != 0) {
-    const size_t there = cell + (size_t)stride;  // the muscle's wave may have come first, not the sheet's
-    if (earliest < T[there]) {
-      T[there] = T_other[there] = earliest;
-      earlier = true;
-    }
-  }
-  if (!earlier) return;
-  changed[cell / LANES] = mark;
-  *last_change = mark + 1;
 }
 
 // ---- The local solver ----
@@ -466,8 +419,9 @@ kernel void eikonal_sweep(global const real *restrict T, global real *restrict T
     G = sheet_metric + i;
     realv in_sheet_best = arrival(t, old_in_sheet, LOAD(G), LOAD(G + (size_t)stride), LOAD(G + 2 * (size_t)stride),
                                   LOAD(G + 3 * (size_t)stride), LOAD(G + 4 * (size_t)stride), LOAD(G + 5 * (size_t)stride));
-    in_sheet_best = fmin(in_sheet_best, best + depth);
-    best = fmin(best, in_sheet_best + depth);
+    const intv lent = isless(depth, (realv)(0));  // the wave in the sheet comes out here, but none goes in
+    in_sheet_best = fmin(in_sheet_best, WHERE(lent, (realv)(UNREACHED), best + depth));
+    best = fmin(best, in_sheet_best + fabs(depth));
     const realv least = fma((realv)(ROUNDING), fabs(old_in_sheet), (realv)(ROUNDING));
     const intv earlier = isless(in_sheet_best, old_in_sheet - least);
     STORE(WHERE(earlier, in_sheet_best, old_in_sheet), T_new + stride + i);

@@ -30,8 +30,8 @@ class ConductionNetwork {
                     int members_per_batch);
 
   /// Marks the sheet and finds the sites of `members`, whose blocks stand in `parameters`. The tissue's
-  /// coordinates must have been built. velocity (2, stride) real, along and across fibres, mm/ms. Reads one
-  /// number for each site from the device.
+  /// coordinates and fibres must have been built. velocity (2, stride) real, along and across fibres, mm/ms.
+  /// Reads the cell and the point of each site from the device.
   void assemble(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& velocity,
                 std::span<const Member> members);
 
@@ -53,10 +53,11 @@ class ConductionNetwork {
   Launcher& launcher_;
   const Scene& scene_;
   int members_per_batch_, targets_, capacity_ = 0;
-  cl::Buffer sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, member_range_;
+  cl::Buffer sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, points_,
+      member_range_;
   std::vector<Eikonal::Source> sources_;
   std::vector<std::string> missing_;
-  Launcher::Handle sheet_kernel_, nearest_;
+  Launcher::Handle sheet_kernel_, nearest_, points_kernel_;
 };
 
 }  // namespace cohort
