@@ -52,7 +52,7 @@ kernel void fast_layer(global const real *restrict parameters, global const usho
     } else {
       const real3 rise = field_gradient(coordinates + stride, i, first_cell, place, tissue_region_of, dx, grid_cells);
       const real3 across_wall =
-          field_gradient(coordinates + 3 * (size_t)stride, i, first_cell, place, tissue_region_of, dx, grid_cells);
+          distance_gradient(coordinates + 3 * (size_t)stride, i, first_cell, place, tissue_region_of, dx, grid_cells);
       const real3 n = across_wall / fmax(length(across_wall), R(1e-6));
       const real3 along_surface = rise - dot(rise, n) * n;
       const real slope = length(along_surface), off = beyond / fmax(slope, R(1e-6));  // mm
@@ -163,7 +163,7 @@ kernel void target_points(global const real *restrict targets, global const int 
       p += clamp((real3)(target[1], target[2], target[3]) - p, R(-0.5) * dx, R(0.5) * dx);
     } else {
       global const real *height = coordinates + stride, *distance = coordinates + 3 * (size_t)stride;
-      const real3 n = field_gradient(distance, i, first_cell, place, tissue_region_of, dx, grid_cells);
+      const real3 n = distance_gradient(distance, i, first_cell, place, tissue_region_of, dx, grid_cells);
       const real3 rise = field_gradient(height, i, first_cell, place, tissue_region_of, dx, grid_cells);
       const real size = length(n), slope = length(rise);
       if (size > 0 && slope > 0) {

@@ -37,11 +37,26 @@
 #endif
 #define CENTRE 13
 
+// Normals of sheets, (3, stride): the gradient of the distance (stride), mm.
+kernel void eikonal_normals(global const int *restrict first_cell, global const int *restrict place,
+                            global const uchar *restrict region, global const uchar *restrict sheet,
+                            global const real *restrict distance, global real *restrict normal, const real dx,
+                            const int stride, const int grid_cells) {
+  const int i = get_global_id(0);
+  const real3 n = sheet[i] != 0 ? distance_gradient(distance, i, first_cell, place, region, dx, grid_cells) : (real3)(0);
+  normal[i] = n.x;
+  normal[i + (size_t)stride] = n.y;
+  normal[i + 2 * (size_t)stride] = n.z;
+}
+
 // Neighbours of every cell. graph_of_region: a bit for each graph of a region, a wave passes between cells that share one.
+// In a sheet it does not pass between cells whose normals turn by more than a right angle: they lie on two faces of a groove, with
+// blood between them, and the way leads round its edge.
 kernel void eikonal_link(global const int *restrict first_cell, global const int *restrict place,
                          global const uchar *restrict region, global const uchar *restrict graph_of_region,
-                         global const uchar *restrict sheet, const int with_sheet, global int *restrict linked,
-                         global int *restrict in_sheet, const int grid_cells) {
+                         global const uchar *restrict sheet, const int with_sheet, global const real *restrict normal,
+                         global int *restrict linked, global int *restrict in_sheet, const int stride,
+                         const int grid_cells) {
   const int i = get_global_id(0);
   const int own = region[i];
   int links = 0, same_sheet = 0;
@@ -53,7 +68,10 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
       const int j = LANES * place[n / LANES] + n % LANES, r = region[j];
       if (k == CENTRE || r == NO_REGION || (graph_of_region[r] & graph) == 0) continue;
       links |= 1 << k;
-      if (own_sheet != 0 && sheet[j] == own_sheet) same_sheet |= 1 << k;
+      if (own_sheet == 0 || sheet[j] != own_sheet) continue;
+      real turn = 0;
+      for (int a = 0; a < 3; ++a) turn += normal[i + a * (size_t)stride] * normal[j + a * (size_t)stride];
+      if (turn >= 0) same_sheet |= 1 << k;
     }
   }
   linked[i] = links;
@@ -61,19 +79,11 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
 }
 
 // Metric of a sheet, (6, stride), ms^2: steps along the surface count in full, steps across it a quarter,
-// G = dx^2 (I - n n^T + n n^T / 16) / v^2, so that a set of cells that follows an inclined surface in stairs conducts at v. n: gradient of the distance (stride), mm,
-// over all tissue.
-kernel void eikonal_sheet_metric(global const int *restrict first_cell, global const int *restrict place,
-                                 global const uchar *restrict region, global const uchar *restrict sheet,
-                                 global const real *restrict distance, global const real *restrict speed,
-                                 global real *restrict metric, const real dx,
-                                 const int stride, const int grid_cells) {
+// G = dx^2 (I - n n^T + n n^T / 16) / v^2, so that a set of cells that follows an inclined surface in stairs conducts at v.
+kernel void eikonal_sheet_metric(global const real *restrict normal, global const real *restrict speed,
+                                 global real *restrict metric, const real dx, const int stride) {
   const int i = get_global_id(0);
-  real n[3] = {0, 0, 0};
-  if (sheet[i] != 0) {
-    const real3 gradient = field_gradient(distance, i, first_cell, place, region, dx, grid_cells);
-    n[0] = gradient.x, n[1] = gradient.y, n[2] = gradient.z;
-  }
+  const real n[3] = {normal[i], normal[i + (size_t)stride], normal[i + 2 * (size_t)stride]};
   // Shorter than 1 where a neighbour is missing: then as much less.
   const real length2 = fmax(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], R(1.0)), full = dx * dx / (speed[i] * speed[i]);
   const real less = full * (R(1.0) / 16 - 1) / length2;

@@ -115,8 +115,8 @@ kernel void eikonal_fire(const int first, global const int *restrict source_cell
   size_t there = j;
   if (with_sheet && sheet[i] != 0) {
     if (sheet[j] != sheet[i]) return;
-    const real3 own = field_gradient(distance, i, first_cell, place, region, dx, grid_cells);
-    const real3 normal = field_gradient(distance, j, first_cell, place, region, dx, grid_cells);
+    const real3 own = distance_gradient(distance, i, first_cell, place, region, dx, grid_cells);
+    const real3 normal = distance_gradient(distance, j, first_cell, place, region, dx, grid_cells);
     const real own_size = length(own), size = length(normal);
     // Beside surfaces known by their cells alone, and where the sheet turns, only what is next to it.
     const bool same_side = own_size > 0 && size > 0 && dot(own, normal) > SAME_SIDE * own_size * size;

@@ -28,6 +28,7 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
   const cl::Program sources =
       definitions.build(device, {"segments.clh", "field_gradient.clh", "eikonal_sources.cl"});
   link_ = launcher.handle(program, "eikonal_link");
+  normals_ = launcher.handle(program, "eikonal_normals");
   sheet_metric_kernel_ = launcher.handle(program, "eikonal_sheet_metric");
   metric_kernel_ = launcher.handle(program, "eikonal_metric");
   start_kernel_ = launcher.handle(program, "eikonal_start");
@@ -176,15 +177,18 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   const cl::NDRange global(n), local(Tissue::group);
   cl::CommandQueue& queue = launcher_.queue();
 
-  launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
-            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, linked_, in_sheet_,
-            static_cast<int>(tissue.places.size()) * Tissue::lanes);
+  const int grid_cells = static_cast<int>(tissue.places.size()) * Tissue::lanes;
+  const auto real = static_cast<double>(real_bytes(precision_));
+  const cl::Buffer& normal = second_;  // until the second solution
   if (with_sheet_)
-    launcher_(sheet_metric_kernel_, global, local,
-              cells * (1 + 9 * static_cast<double>(real_bytes(precision_))), tissue.first_cell, tissue.place,
-              tissue.region, sheet_id_, sheet->distance, sheet->speed, sheet_metric_,
-              Real{tissue.grid().dx_mm}, tissue.stride,
-              static_cast<int>(tissue.places.size()) * Tissue::lanes);
+    launcher_(normals_, global, local, cells * (1 + 4 * real), tissue.first_cell, tissue.place, tissue.region,
+              sheet_id_, sheet->distance, normal, Real{tissue.grid().dx_mm}, tissue.stride, grid_cells);
+  launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
+            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, normal, linked_, in_sheet_,
+            tissue.stride, grid_cells);
+  if (with_sheet_)
+    launcher_(sheet_metric_kernel_, global, local, cells * 10 * real, normal, sheet->speed, sheet_metric_,
+              Real{tissue.grid().dx_mm}, tissue.stride);
   speed_ = speed;
   build_metric(tissue);
   queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));

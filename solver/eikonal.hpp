@@ -84,8 +84,8 @@ class Eikonal {
   cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, sheet_metric_, second_,
       correction_, last_change_;
   cl::Buffer trigger_, trigger_point_, start_, fired_, source_cell_, source_point_;
-  Launcher::Handle link_, sheet_metric_kernel_, metric_kernel_, start_kernel_, trigger_kernel_, fire_, sweep_,
-      sheet_sweep_, second_differences_, correction_kernel_, slow_;
+  Launcher::Handle link_, normals_, sheet_metric_kernel_, metric_kernel_, start_kernel_, trigger_kernel_,
+      fire_, sweep_, sheet_sweep_, second_differences_, correction_kernel_, slow_;
 };
 
 }  // namespace cohort
