@@ -164,6 +164,23 @@ inline real lesser(real p, real q) {
   return p * q > 0 ? (fabs(p) < fabs(q) ? p : q) : 0;
 }
 
+// One second difference at cell i; where a neighbour is missing, as in thin walls, the mean of those about it.
+inline real second_difference(global const real *second, int i, global const int *first_cell, global const int *place,
+                              global const int *linked, int grid_cells) {
+  const real own = second[i];
+  if (fabs(own) < UNREACHED) return own;
+  const int cell = first_cell[i / LANES] + i % LANES, links = linked[i];
+  real sum = 0, count = 0;
+  for (int k = 0; k < 27; ++k) {
+    if (!(links >> k & 1)) continue;
+    const real other = second[neighbour_place(place, cell, k % 3 - 1 + NX * (k / 3 % 3 - 1 + NY * (k / 9 - 1)), grid_cells)];
+    if (!(fabs(other) < UNREACHED)) continue;
+    sum += other;
+    ++count;
+  }
+  return count > 0 ? sum / count : UNREACHED;
+}
+
 // How much linear interpolation makes each cell late in a solution T, ms; second from above.
 kernel void eikonal_correction(global const int *restrict first_cell, global const int *restrict place,
                                global const real *restrict T, global const real *restrict metric,
@@ -221,10 +238,9 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
   real along2[3], along3[3], diagonal[3];
   for (int k = 0; k < 3; ++k) {
     const bool known = corner[k] != VOID_CELL && T[corner[k]] < UNREACHED;
-    global const real *H = second + corner[k];
-    along2[k] = known ? H[two * (size_t)stride] : UNREACHED;
-    along3[k] = known ? H[three * (size_t)stride] : UNREACHED;
-    const real cross = known ? H[(two + three + 2) * (size_t)stride] : UNREACHED;
+    along2[k] = known ? second_difference(second + two * (size_t)stride, corner[k], first_cell, place, linked, grid_cells) : UNREACHED;
+    along3[k] = known ? second_difference(second + three * (size_t)stride, corner[k], first_cell, place, linked, grid_cells) : UNREACHED;
+    const real cross = known ? second_difference(second + (two + three + 2) * (size_t)stride, corner[k], first_cell, place, linked, grid_cells) : UNREACHED;
     diagonal[k] = fmax(fabs(along2[k]), fmax(fabs(along3[k]), fabs(cross))) < UNREACHED
                       ? along2[k] + along3[k] + sign * cross : UNREACHED;
   }
