@@ -70,6 +70,33 @@ kernel void fast_layer(global const real *restrict parameters, global const usho
   depth[i] = way;
 }
 
+// Fibres (3, stride) that arrival times go by. Where fibres turn through the wall a wave along it is led by the fastest depth, often
+// a surface, while the centre of a cell that the surface passes through lies up to dx/2 within: such cells of the ventricles take the
+// fibre at the surface, turned about the wall's normal by the rule of fibres.clh. coordinates as in fast_layer.
+kernel void surface_fibres(global const real *restrict parameters, global const ushort *restrict member_of,
+                           global const uchar *restrict tissue_region_of, global const real *restrict coordinates,
+                           global const real *restrict fibre, global const int *restrict first_cell,
+                           global const int *restrict place, global real *restrict turned, const int stride,
+                           const real dx, const int grid_cells) {
+  const int i = get_global_id(0), region = tissue_region_of[i];
+  real3 f = (real3)(fibre[i], fibre[i + (size_t)stride], fibre[i + 2 * (size_t)stride]);
+#ifdef PARAM_geometry_fibres_endocardium_deg
+  if (region == REGION_lv || region == REGION_rv) {
+    global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
+    const real u = coordinates[i], side = u < R(0.5) ? 1 : -1;
+    const real3 gradient = inward_gradient(coordinates, side, i, first_cell, place, tissue_region_of, dx, grid_cells);
+    const real slope = length(gradient), surface = u < R(0.5) ? 0 : 1;
+    if (slope > 0 && fabs(u - surface) < R(0.5) * dx * slope) {
+      const real turn = radians(P[PARAM_geometry_fibres_epicardium_deg] - P[PARAM_geometry_fibres_endocardium_deg]) * (surface - u);
+      f = cos(turn) * f + sin(turn) * cross(gradient / slope, f);
+    }
+  }
+#endif
+  turned[i] = f.x;
+  turned[i + (size_t)stride] = f.y;
+  turned[i + 2 * (size_t)stride] = f.z;
+}
+
 // Kinds of targets, the first number of a target's block; then a place.
 #define IN_RIGHT_ATRIUM 0         // x, y, z in mm
 #define ON_LEFT_ENDOCARDIUM 1     // apico-basal coordinate, angle, length (mm) of the apico-basal coordinate

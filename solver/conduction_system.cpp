@@ -152,6 +152,7 @@ ConductionNetwork::ConductionNetwork(Launcher& launcher, const Scene& scene, con
   const cl::Program program = device.build({"segments.clh", "field_gradient.clh", "conduction_system.cl"},
                                            options, definitions.generated + geometry_source(scene));
   sheet_kernel_ = launcher.handle(program, "fast_layer");
+  fibres_kernel_ = launcher.handle(program, "surface_fibres");
   nearest_ = launcher.handle(program, "nearest_cells");
   points_kernel_ = launcher.handle(program, "target_points");
   const auto rows = static_cast<std::size_t>(members_per_batch * targets_);
@@ -167,6 +168,7 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
+    fibres_ = launcher_.device().allocate(3 * n * real);
     sheet_id_ = launcher_.device().allocate(n);
     sheet_speed_ = launcher_.device().allocate(n * real);
     sheet_depth_ = launcher_.device().allocate(n * real);
@@ -180,6 +182,11 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
             static_cast<double>(n) * (2 + 6 * static_cast<double>(real)), parameters, tissue.member_of,
             tissue.region, tissue.coordinates, velocity, tissue.fibre, tissue.first_cell, tissue.place,
             sheet_id_, sheet_speed_, sheet_depth_, sheet_distance_, tissue.stride, Real{dx}, grid_cells);
+
+  launcher_(fibres_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            static_cast<double>(n) * (1 + 7 * static_cast<double>(real)), parameters, tissue.member_of,
+            tissue.region, tissue.coordinates, tissue.fibre, tissue.first_cell, tissue.place, fibres_,
+            tissue.stride, Real{dx}, grid_cells);
 
   std::vector<std::vector<Target>> wanted;
   std::vector<double> numbers;

@@ -35,6 +35,8 @@ class ConductionNetwork {
   void assemble(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& velocity,
                 std::span<const Member> members);
 
+  /// (3, stride) real: the fibres that arrival times go by.
+  const cl::Buffer& fibres() const { return fibres_; }
   Eikonal::Sheet sheet() const { return {sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_}; }
   /// Of all members; the sites that found no cell are left out.
   const std::vector<Eikonal::Source>& sources() const { return sources_; }
@@ -42,7 +44,8 @@ class ConductionNetwork {
   const std::vector<std::string>& missing() const { return missing_; }
 
   static std::size_t bytes(std::int64_t stride, Precision precision) {
-    constexpr std::size_t of_sheet = 12;  // distance, speed, depth; Eikonal's metric, times and slowed depth
+    // Distance, speed, depth, fibres; Eikonal's metric, times and slowed depth.
+    constexpr std::size_t of_sheet = 15;
     return static_cast<std::size_t>(stride) * (1 + of_sheet * real_bytes(precision));
   }
 
@@ -53,11 +56,11 @@ class ConductionNetwork {
   Launcher& launcher_;
   const Scene& scene_;
   int members_per_batch_, targets_, capacity_ = 0;
-  cl::Buffer sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, points_,
+  cl::Buffer fibres_, sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, points_,
       member_range_;
   std::vector<Eikonal::Source> sources_;
   std::vector<std::string> missing_;
-  Launcher::Handle sheet_kernel_, nearest_, points_kernel_;
+  Launcher::Handle sheet_kernel_, fibres_kernel_, nearest_, points_kernel_;
 };
 
 }  // namespace cohort

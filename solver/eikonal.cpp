@@ -159,7 +159,7 @@ void Eikonal::sweep(const Tissue& tissue, int number) {
 }
 
 void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet,
-                    const cl::Buffer* initial, std::span<const Source> sources) {
+                    const cl::Buffer* initial, std::span<const Source> sources, const cl::Buffer* fibres) {
   with_sheet_ = sheet != nullptr;
   reserve(tissue);
   upload_sources(tissue, sources);
@@ -190,6 +190,7 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
     launcher_(sheet_metric_kernel_, global, local, cells * 10 * real, normal, sheet->speed, sheet_metric_,
               Real{tissue.grid().dx_mm}, tissue.stride);
   speed_ = speed;
+  fibres_ = fibres != nullptr ? *fibres : tissue.fibre;
   build_metric(tissue);
   queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));
   sweeps_ = 0;
@@ -200,8 +201,8 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
 
 void Eikonal::build_metric(const Tissue& tissue) {
   launcher_(metric_kernel_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
-            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
-            tissue.fibre, speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), fibres_,
+            speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
 }
 
 void Eikonal::slow(const Tissue& tissue, const cl::Buffer& slowness) {

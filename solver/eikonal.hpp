@@ -45,10 +45,10 @@ class Eikonal {
 
   /// Solves for arrival(). speed (2, stride) real, along and across fibres, mm/ms; a cell with a speed that
   /// is not positive conducts nothing. initial (stride) real, ms: cells below unreached_ms start a wave, in
-  /// addition to `sources`; sheet and initial may be null. The tissue's fibres must have been built. Reads
-  /// one number from the device every few sweeps.
+  /// addition to `sources`; sheet and initial may be null. fibres (3, stride) real: the tissue's where null,
+  /// which must have been built. Reads one number from the device every few sweeps.
   void solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet, const cl::Buffer* initial,
-             std::span<const Source> sources);
+             std::span<const Source> sources, const cl::Buffer* fibres = nullptr);
 
   /// Solves once more, for sqrt(grad T . M grad T) = slowness (stride, real), with the sources and sheet of
   /// the last solve(); sheets keep their speed.
@@ -80,7 +80,7 @@ class Eikonal {
   std::vector<int> first_source_;  ///< of those that fire together, no two of one member; and the end
   bool triggered_ = false, with_sheet_ = false, sheet_capacity_ = false, with_initial_ = false;
   /// Of the last solve().
-  cl::Buffer sheet_id_, sheet_depth_, sheet_distance_, sheet_speed_, slowed_depth_, initial_, speed_;
+  cl::Buffer sheet_id_, sheet_depth_, sheet_distance_, sheet_speed_, slowed_depth_, initial_, speed_, fibres_;
   cl::Buffer graph_of_region_, arrival_[2], changed_[2], metric_, linked_, in_sheet_, sheet_metric_, second_,
       correction_, last_change_;
   cl::Buffer trigger_, trigger_point_, start_, fired_, source_cell_, source_point_;
