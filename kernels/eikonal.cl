@@ -36,6 +36,7 @@
 #define ROUNDING 2.5e-7f  // two units in the last place
 #endif
 #define CENTRE 13
+#define GAP R(0.25)  // in dx, twice what may pass as touching: near its edge a groove has no cells between its faces
 
 // Normals of sheets, (3, stride): the gradient of the distance (stride), mm.
 kernel void eikonal_normals(global const int *restrict first_cell, global const int *restrict place,
@@ -50,13 +51,14 @@ kernel void eikonal_normals(global const int *restrict first_cell, global const 
 }
 
 // Neighbours of every cell. graph_of_region: a bit for each graph of a region, a wave passes between cells that share one.
-// In a sheet it does not pass between cells whose normals turn by more than a right angle: they lie on two faces of a groove, with
-// blood between them, and the way leads round its edge.
+// In a sheet it does not pass between cells whose normals turn by more than a right angle with blood between them: they lie on two
+// faces of a groove, and the way leads round its edge. Halfway between them the distance is (m of both faces)
+//     2 m = d_i + d_j + (n_i - n_j).(x_j - x_i) / 2.
 kernel void eikonal_link(global const int *restrict first_cell, global const int *restrict place,
                          global const uchar *restrict region, global const uchar *restrict graph_of_region,
-                         global const uchar *restrict sheet, const int with_sheet, global const real *restrict normal,
-                         global int *restrict linked, global int *restrict in_sheet, const int stride,
-                         const int grid_cells) {
+                         global const uchar *restrict sheet, const int with_sheet, global const real *restrict distance,
+                         global const real *restrict normal, global int *restrict linked, global int *restrict in_sheet,
+                         const real dx, const int stride, const int grid_cells) {
   const int i = get_global_id(0);
   const int own = region[i];
   int links = 0, same_sheet = 0;
@@ -69,9 +71,14 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
       if (k == CENTRE || r == NO_REGION || (graph_of_region[r] & graph) == 0) continue;
       links |= 1 << k;
       if (own_sheet == 0 || sheet[j] != own_sheet) continue;
-      real turn = 0;
-      for (int a = 0; a < 3; ++a) turn += normal[i + a * (size_t)stride] * normal[j + a * (size_t)stride];
-      if (turn >= 0) same_sheet |= 1 << k;
+      const int way[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+      real turn = 0, halfway = distance[i] + distance[j];
+      for (int a = 0; a < 3; ++a) {
+        const real n_i = normal[i + a * (size_t)stride], n_j = normal[j + a * (size_t)stride];
+        turn += n_i * n_j;
+        halfway += R(0.5) * dx * (n_i - n_j) * (real)way[a];
+      }
+      if (turn >= 0 || halfway > -GAP * dx) same_sheet |= 1 << k;
     }
   }
   linked[i] = links;

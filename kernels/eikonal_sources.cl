@@ -95,7 +95,8 @@ kernel void eikonal_fire(const int first, global const int *restrict source_cell
                          global const int *restrict place, global const uchar *restrict region,
                          global const int *restrict linked, global const real *restrict metric, const int with_sheet, global const uchar *restrict sheet,
                          global const real *restrict distance, global const real *restrict sheet_speed,
-                         const real4 origin_and_spacing, const real radius, const int reach, global real *restrict T,
+                         const real4 origin_and_spacing, const real radius, const int reach, global real *restrict correction,
+                         global real *restrict T,
                          global real *restrict T_other, global int *restrict changed, const int mark,
                          global int *restrict last_change, const int stride, const int grid_cells, const int items) {
   const int item = get_global_id(0);
@@ -139,6 +140,7 @@ kernel void eikonal_fire(const int first, global const int *restrict source_cell
   }
   if (!(arrival < T[there])) return;
   T[there] = T_other[there] = arrival;
+  if (there == (size_t)j) correction[j] = 0;  // it is not late
   changed[j / LANES] = mark;
   *last_change = mark + 1;
 }

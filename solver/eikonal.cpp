@@ -142,8 +142,8 @@ void Eikonal::fire(const Tissue& tissue, int mark) {
         source_cell_, source_point_, fired_, tissue.first_cell, tissue.place, tissue.region, linked_, metric_,
         with_sheet_ ? 1 : 0, with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? sheet_distance_ : metric_,
         with_sheet_ ? sheet_speed_ : metric_, grid, Real{source_radius_mm}, static_cast<int>(reach),
-        arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark, last_change_, tissue.stride,
-        static_cast<int>(tissue.places.size()) * Tissue::lanes);
+        correction_, arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark, last_change_,
+        tissue.stride, static_cast<int>(tissue.places.size()) * Tissue::lanes);
 }
 
 void Eikonal::sweep(const Tissue& tissue, int number) {
@@ -184,7 +184,8 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
     launcher_(normals_, global, local, cells * (1 + 4 * real), tissue.first_cell, tissue.place, tissue.region,
               sheet_id_, sheet->distance, normal, Real{tissue.grid().dx_mm}, tissue.stride, grid_cells);
   launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
-            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, normal, linked_, in_sheet_,
+            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0,
+            with_sheet_ ? sheet_distance_ : metric_, normal, linked_, in_sheet_, Real{tissue.grid().dx_mm},
             tissue.stride, grid_cells);
   if (with_sheet_)
     launcher_(sheet_metric_kernel_, global, local, cells * 10 * real, normal, sheet->speed, sheet_metric_,
