@@ -126,8 +126,8 @@ TEST(EikonalSources, StartBetweenCellsOfTissue) {
     error.print("in tissue", dx);
     errors.push_back(error);
   }
-  EXPECT_LT(errors[1].mean, 0.6);
-  EXPECT_GT(std::log2(errors[0].mean / errors[2].mean) / 2, 1.0);
+  EXPECT_LT(errors[1].mean, 0.4);  // measured 0.29; orders 1.3 and 1.5
+  EXPECT_GT(std::log2(errors[1].mean / errors[2].mean), 1.3);
 }
 
 // On a plane of some inclination, from a point between cells.
@@ -148,7 +148,7 @@ TEST(EikonalSources, SpreadInAFlatSheetFromAnyPoint) {
     error.print("flat sheet", dx);
     errors.push_back(error);
   }
-  EXPECT_LT(errors[1].mean, 0.2);
+  EXPECT_LT(errors[1].mean, 0.2);  // measured 0.15; sheets have no second differences: first order
   EXPECT_GT(std::log2(errors[0].mean / errors[2].mean) / 2, 0.9);
 }
 
@@ -174,8 +174,8 @@ TEST(EikonalSources, SpreadRoundACylinder) {
     error.print("cylinder", dx);
     errors.push_back(error);
   }
-  EXPECT_LT(errors[1].mean, 1);
-  EXPECT_GT(std::log2(errors[0].mean / errors[2].mean) / 2, 0.8);
+  EXPECT_LT(errors[1].mean, 0.35);  // measured 0.23, 0.13 at 1 mm
+  EXPECT_GT(std::log2(errors[0].mean / errors[2].mean) / 2, 1.1);
 }
 
 // A wedge of blood, as where the septum meets the free wall of the right ventricle: from one face to the
