@@ -121,6 +121,7 @@ std::vector<std::string> read_texts(hid_t object, const char* name) {
   const Handle type(H5Aget_type(attribute), H5Tclose, name);
   if (H5Tis_variable_str(type) <= 0) return {};
   std::vector<char*> raw(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+  if (raw.empty()) return {};
   check(H5Aread(attribute, text_type(), raw.data()), name);
   std::vector<std::string> values(raw.begin(), raw.end());
   check(H5Dvlen_reclaim(text_type(), space, H5P_DEFAULT, raw.data()), name);

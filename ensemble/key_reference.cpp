@@ -269,6 +269,7 @@ std::string key_pattern(const std::string& path) {
   std::vector<std::string> keys = split(path);
   if (keys.size() > 1 && (keys.back() == "x" || keys.back() == "y" || keys.back() == "z")) keys.pop_back();
   if (keys[0] == "parameters" && keys.size() > 2) return "parameters.PATH." + keys.back();
+  if (keys[0] == "accuracy" && keys.size() == 2 && keys[1] != "measurements") return "accuracy.FEATURE";
   std::string level = keys[0];
   for (size_t k = 1; k < keys.size(); ++k) {
     const std::string key = keys[k];

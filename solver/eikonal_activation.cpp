@@ -42,7 +42,8 @@ std::string EikonalActivation::refusal(const Scene& scene) {
 
 std::size_t EikonalActivation::bytes(std::int64_t stride, Precision precision) {
   return Eikonal::bytes(stride, precision) + ConductionNetwork::bytes(stride, precision) +
-         static_cast<std::size_t>(stride) * (2 * real_bytes(precision) + sizeof(float));
+         static_cast<std::size_t>(stride) * (2 * real_bytes(precision) + sizeof(float)) +
+         static_cast<std::size_t>(stride);  // sources and targets: some hundreds of bytes a member
 }
 
 void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& parameters,

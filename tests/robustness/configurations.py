@@ -15,6 +15,7 @@ COARSE = ["grid.dx_mm=6", "time.end_ms=20", "campaign.members=2"]
 OTHERWISE = {
     "slab": ["grid.dx_mm=1", "time.end_ms=5"],  # 3 mm thick
     "bidomain": ["grid.dx_mm=1", "time.end_ms=5"],
+    "cell": ["time.end_ms=20"],
     "niederer": ["grid.dx_mm=1", "time.end_ms=5"],
     "reentry": ["grid.dx_mm=2"],
     "restitution": ["grid.dx_mm=0.5"],

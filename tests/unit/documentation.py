@@ -149,6 +149,11 @@ class Documentation(unittest.TestCase):
         with tempfile.NamedTemporaryFile("w", suffix=".yaml", dir=SOURCE / "configs/studies") as file:
             file.write(block)
             file.flush()
+            if "kind: work_precision" in block:
+                result = cohort("study", file.name, "--set", "campaign.members=0")
+                self.assertRegex(result.stderr, r"campaign.members is 0")
+                self.assertNotRegex(result.stderr, r"unknown key|is missing")
+                return
             result = cohort("study", file.name, "--set", "stability.seed=-1")
         self.assertRegex(result.stderr, r"\A--set:1: stability.seed [^\n]*\n\Z")
         self.assertEqual(result.returncode, 1)

@@ -58,6 +58,7 @@ const std::map<std::string, std::string> idle_with_reason = {
     {"injected_source", "only where a current is injected at the boundary, whose amplitude may be sampled"},
     {"eikonal_slow", "only where a passive region lies beside the front"},
     {"eikonal_sheet_metric", "only with a conduction system"},
+    {"eikonal_normals", "only with a conduction system"},
 };
 
 struct Row {

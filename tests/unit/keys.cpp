@@ -49,6 +49,7 @@ parameters:
   grid.dx_mm: {uniform: [1, 2]}
   geometry.shapes.a.box.size_mm.x: {uniform: [1, 2]}
 campaign: {members: 2}
+accuracy: {lv_ef: 1 %, measurements: nowhere.yaml}
 )";
 
 class Keys : public ::testing::Test {
