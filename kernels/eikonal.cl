@@ -1,10 +1,28 @@
-// Metric, sources and correction of arrival times. Needs segments.clh, eikonal.clh and, for the width of vectors, -D WIDTH.
+// Metric, links and correction of arrival times. Needs segments.clh, field_gradient.clh, eikonal.clh and, for the width of vectors, -D WIDTH.
+
+#define GAP R(0.25)  // in dx, twice what may pass as touching: near its edge a groove has no cells between its faces
+
+// Normals of sheets, (3, stride): the gradient of the distance (stride), mm.
+kernel void eikonal_normals(global const int *restrict first_cell, global const int *restrict place,
+                            global const uchar *restrict region, global const uchar *restrict sheet,
+                            global const real *restrict distance, global real *restrict normal, const real dx,
+                            const int stride, const int grid_cells) {
+  const int i = get_global_id(0);
+  const real3 n = sheet[i] != 0 ? distance_gradient(distance, i, first_cell, place, region, dx, grid_cells) : (real3)(0);
+  normal[i] = n.x;
+  normal[i + (size_t)stride] = n.y;
+  normal[i + 2 * (size_t)stride] = n.z;
+}
 
 // Neighbours of every cell. graph_of_region: a bit for each graph of a region, a wave passes between cells that share one.
+// In a sheet it does not pass between cells whose normals turn by more than a right angle with blood between them: they lie on two
+// faces of a groove, and the way leads round its edge. Halfway between them the distance is (m of both faces)
+//     2 m = d_i + d_j + (n_i - n_j).(x_j - x_i) / 2.
 kernel void eikonal_link(global const int *restrict first_cell, global const int *restrict place,
                          global const uchar *restrict region, global const uchar *restrict graph_of_region,
-                         global const uchar *restrict sheet, const int with_sheet, global int *restrict linked,
-                         global int *restrict in_sheet, const int grid_cells) {
+                         global const uchar *restrict sheet, const int with_sheet, global const real *restrict distance,
+                         global const real *restrict normal, global int *restrict linked, global int *restrict in_sheet,
+                         const real dx, const int stride, const int grid_cells) {
   const int i = get_global_id(0);
   const int own = region[i];
   int links = 0, same_sheet = 0;
@@ -16,7 +34,15 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
       const int j = LANES * place[n / LANES] + n % LANES, r = region[j];
       if (k == CENTRE || r == NO_REGION || (graph_of_region[r] & graph) == 0) continue;
       links |= 1 << k;
-      if (own_sheet != 0 && sheet[j] == own_sheet) same_sheet |= 1 << k;
+      if (own_sheet == 0 || sheet[j] != own_sheet) continue;
+      const int way[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+      real turn = 0, halfway = distance[i] + distance[j];
+      for (int a = 0; a < 3; ++a) {
+        const real n_i = normal[i + a * (size_t)stride], n_j = normal[j + a * (size_t)stride];
+        turn += n_i * n_j;
+        halfway += R(0.5) * dx * (n_i - n_j) * (real)way[a];
+      }
+      if (turn >= 0 || halfway > -GAP * dx) same_sheet |= 1 << k;
     }
   }
   linked[i] = links;
@@ -24,26 +50,11 @@ kernel void eikonal_link(global const int *restrict first_cell, global const int
 }
 
 // Metric of a sheet, (6, stride), ms^2: steps along the surface count in full, steps across it a quarter,
-// G = dx^2 (I - n n^T + n n^T / 16) / v^2, so that a set of cells that follows an inclined surface in stairs conducts at v. n: gradient of the distance (stride), mm,
-// over all tissue.
-kernel void eikonal_sheet_metric(global const int *restrict first_cell, global const int *restrict place,
-                                 global const uchar *restrict region, global const uchar *restrict sheet,
-                                 global const real *restrict distance, global const real *restrict speed,
-                                 global real *restrict metric, const real dx,
-                                 const int stride, const int grid_cells) {
+// G = dx^2 (I - n n^T + n n^T / 16) / v^2, so that a set of cells that follows an inclined surface in stairs conducts at v.
+kernel void eikonal_sheet_metric(global const real *restrict normal, global const real *restrict speed,
+                                 global real *restrict metric, const real dx, const int stride) {
   const int i = get_global_id(0);
-  real n[3] = {0, 0, 0};
-  if (sheet[i] != 0) {
-    const int cell = first_cell[i / LANES] + i % LANES, step[3] = {1, NX, NX * NY};
-    for (int a = 0; a < 3; ++a) {
-      int below = clamp(cell - step[a], 0, grid_cells - 1), above = clamp(cell + step[a], 0, grid_cells - 1);
-      below = LANES * place[below / LANES] + below % LANES;
-      above = LANES * place[above / LANES] + above % LANES;
-      if (region[below] == NO_REGION) below = i;
-      if (region[above] == NO_REGION) above = i;
-      n[a] = (distance[above] - distance[below]) / (above != i && below != i ? 2 * dx : dx);
-    }
-  }
+  const real n[3] = {normal[i], normal[i + (size_t)stride], normal[i + 2 * (size_t)stride]};
   // Shorter than 1 where a neighbour is missing: then as much less.
   const real length2 = fmax(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], R(1.0)), full = dx * dx / (speed[i] * speed[i]);
   const real less = full * (R(1.0) / 16 - 1) / length2;
@@ -91,12 +102,6 @@ kernel void eikonal_start(global const real *restrict initial, const int with_in
   if (t < UNREACHED) changed[i / LANES] = mark;
 }
 
-// Compact place of neighbour `offset` = dx + NX (dy + NY dz) of grid cell `cell`; void where it is no tissue.
-inline int neighbour_place(global const int *place, int cell, int offset, int grid_cells) {
-  const int n = clamp(cell + offset, 0, grid_cells - 1);
-  return LANES * place[n / LANES] + n % LANES;
-}
-
 // Second differences of T by cell, (6, stride) xx yy zz xy xz yz; UNREACHED where a neighbour is missing.
 kernel void eikonal_second_differences(global const int *restrict first_cell, global const int *restrict place,
                                        global const real *restrict T, global const int *restrict linked,
@@ -128,6 +133,23 @@ inline real lesser(real p, real q) {
   if (!(fabs(p) < UNREACHED)) return fabs(q) < UNREACHED ? q : 0;
   if (!(fabs(q) < UNREACHED)) return p;
   return p * q > 0 ? (fabs(p) < fabs(q) ? p : q) : 0;
+}
+
+// One second difference at cell i; where a neighbour is missing, as in thin walls, the mean of those about it.
+inline real second_difference(global const real *second, int i, global const int *first_cell, global const int *place,
+                              global const int *linked, int grid_cells) {
+  const real own = second[i];
+  if (fabs(own) < UNREACHED) return own;
+  const int cell = first_cell[i / LANES] + i % LANES, links = linked[i];
+  real sum = 0, count = 0;
+  for (int k = 0; k < 27; ++k) {
+    if (!(links >> k & 1)) continue;
+    const real other = second[neighbour_place(place, cell, k % 3 - 1 + NX * (k / 3 % 3 - 1 + NY * (k / 9 - 1)), grid_cells)];
+    if (!(fabs(other) < UNREACHED)) continue;
+    sum += other;
+    ++count;
+  }
+  return count > 0 ? sum / count : UNREACHED;
 }
 
 // How much linear interpolation makes each cell late in a solution T, ms; second from above.
@@ -187,10 +209,9 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
   real along2[3], along3[3], diagonal[3];
   for (int k = 0; k < 3; ++k) {
     const bool known = corner[k] != VOID_CELL && T[corner[k]] < UNREACHED;
-    global const real *H = second + corner[k];
-    along2[k] = known ? H[two * (size_t)stride] : UNREACHED;
-    along3[k] = known ? H[three * (size_t)stride] : UNREACHED;
-    const real cross = known ? H[(two + three + 2) * (size_t)stride] : UNREACHED;
+    along2[k] = known ? second_difference(second + two * (size_t)stride, corner[k], first_cell, place, linked, grid_cells) : UNREACHED;
+    along3[k] = known ? second_difference(second + three * (size_t)stride, corner[k], first_cell, place, linked, grid_cells) : UNREACHED;
+    const real cross = known ? second_difference(second + (two + three + 2) * (size_t)stride, corner[k], first_cell, place, linked, grid_cells) : UNREACHED;
     diagonal[k] = fmax(fabs(along2[k]), fmax(fabs(along3[k]), fabs(cross))) < UNREACHED
                       ? along2[k] + along3[k] + sign * cross : UNREACHED;
   }
@@ -199,39 +220,4 @@ kernel void eikonal_correction(global const int *restrict first_cell, global con
                               lambda[0] * lambda[2] * lesser(diagonal[0], diagonal[2]));
   const real most = R(0.5) * fmax(here - earliest, R(0.0));  // keeps the wave going forward
   correction[i] = clamp(late, -most, most);
-}
-
-// When sources fire: at start[k], with a trigger[k] >= 0 that much later than the wave reaches that cell.
-kernel void eikonal_trigger(global const int *restrict trigger, global const real *restrict start,
-                            global const real *restrict T, global real *restrict fired, const int sources) {
-  const int k = get_global_id(0);
-  if (k >= sources) return;
-  const real come = trigger[k] < 0 ? 0 : T[trigger[k]];
-  fired[k] = come < UNREACHED ? come + start[k] : UNREACHED;
-}
-
-// A work-item for each cell that has sources: k from first[c] up to first[c + 1]. Those in a sheet start both waves.
-kernel void eikonal_fire(global const int *restrict cell_of, global const int *restrict first,
-                         global const real *restrict fired, global const uchar *restrict region,
-                         global const uchar *restrict sheet, const int with_sheet, global real *restrict T,
-                         global real *restrict T_other, global int *restrict changed, const int mark,
-                         global int *restrict last_change, const int stride, const int cells) {
-  const int c = get_global_id(0);
-  if (c >= cells) return;
-  const int cell = cell_of[c];
-  real earliest = UNREACHED;
-  for (int k = first[c]; k < first[c + 1]; ++k) earliest = fmin(earliest, fired[k]);
-  if (region[cell] == NO_REGION) return;
-  bool earlier = earliest < T[cell];
-  if (earlier) T[cell] = T_other[cell] = earliest;
-  if (with_sheet && sheet[cell] != 0) {
-    const size_t there = cell + (size_t)stride;  // the muscle's wave may have come first, not the sheet's
-    if (earliest < T[there]) {
-      T[there] = T_other[there] = earliest;
-      earlier = true;
-    }
-  }
-  if (!earlier) return;
-  changed[cell / LANES] = mark;
-  *last_change = mark + 1;
 }

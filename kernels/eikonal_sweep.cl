@@ -195,8 +195,9 @@ kernel void eikonal_sweep(global const real *restrict T, global real *restrict T
     G = sheet_metric + i;
     realv in_sheet_best = arrival(t, old_in_sheet, LOAD(G), LOAD(G + (size_t)stride), LOAD(G + 2 * (size_t)stride),
                                   LOAD(G + 3 * (size_t)stride), LOAD(G + 4 * (size_t)stride), LOAD(G + 5 * (size_t)stride));
-    in_sheet_best = fmin(in_sheet_best, best + depth);
-    best = fmin(best, in_sheet_best + depth);
+    const intv lent = isless(depth, (realv)(0));  // the wave in the sheet comes out here, but none goes in
+    in_sheet_best = fmin(in_sheet_best, WHERE(lent, (realv)(UNREACHED), best + depth));
+    best = fmin(best, in_sheet_best + fabs(depth));
     const realv least = fma((realv)(ROUNDING), fabs(old_in_sheet), (realv)(ROUNDING));
     const intv earlier = isless(in_sheet_best, old_in_sheet - least);
     STORE(WHERE(earlier, in_sheet_best, old_in_sheet), T_new + stride + i);

@@ -1,5 +1,6 @@
 #include "solver/conduction_system.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -123,12 +124,14 @@ std::vector<ConductionNetwork::Target> ConductionNetwork::targets(std::span<cons
   for (const ConductionSystem::EarlySite& early : scene_.conduction_system->early_sites) {
     const std::string path = "early_sites." + early.name + ".";
     const double kind = 1 + static_cast<double>(early.surface);
-    result.push_back(
-        {early.name,
-         {kind, value(path + "height"), value(path + "angle_deg") * std::numbers::pi / 180, length_mm},
-         value("atrioventricular_delay_ms") + value(path + "time_ms"),
-         true,
-         true});
+    // Above the layer there is nothing to start: at its rim.
+    const double rim = value(early.surface == Surface::lv ? "lv_fast_layer_height" : "rv_fast_layer_height");
+    result.push_back({early.name,
+                      {kind, std::min(value(path + "height"), rim),
+                       value(path + "angle_deg") * std::numbers::pi / 180, length_mm},
+                      value("atrioventricular_delay_ms") + value(path + "time_ms"),
+                      true,
+                      true});
   }
   return result;
 }
@@ -146,13 +149,16 @@ ConductionNetwork::ConductionNetwork(Launcher& launcher, const Scene& scene, con
   std::vector<std::string> options = definitions.options;
   options.push_back("TARGETS=" + std::to_string(targets_));
   options.push_back("TARGET_NUMBERS=" + std::to_string(target_numbers));
-  const cl::Program program = device.build({"segments.clh", "conduction_system.cl"}, options,
-                                           definitions.generated + geometry_source(scene));
+  const cl::Program program = device.build({"segments.clh", "field_gradient.clh", "conduction_system.cl"},
+                                           options, definitions.generated + geometry_source(scene));
   sheet_kernel_ = launcher.handle(program, "fast_layer");
+  fibres_kernel_ = launcher.handle(program, "surface_fibres");
   nearest_ = launcher.handle(program, "nearest_cells");
+  points_kernel_ = launcher.handle(program, "target_points");
   const auto rows = static_cast<std::size_t>(members_per_batch * targets_);
   target_block_ = device.allocate(rows * target_numbers * real_bytes(scene.precision), "target block");
   cells_ = device.allocate(rows * sizeof(int), "cells");
+  points_ = device.allocate(4 * rows * real_bytes(scene.precision), "points");
   member_range_ =
       device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int), "member range");
 }
@@ -163,6 +169,7 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
     const auto n = static_cast<std::size_t>(capacity_);
+    fibres_ = launcher_.device().allocate(3 * n * real, "fibres");
     sheet_id_ = launcher_.device().allocate(n, "sheet id");
     sheet_speed_ = launcher_.device().allocate(n * real, "sheet speed");
     sheet_depth_ = launcher_.device().allocate(n * real, "sheet depth");
@@ -171,10 +178,16 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
   cl::CommandQueue& queue = launcher_.queue();
   const auto n = static_cast<std::size_t>(tissue.stride);
   const double dx = tissue.grid().dx_mm;
+  const int grid_cells = static_cast<int>(tissue.places.size()) * Tissue::lanes;
   launcher_(sheet_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
             static_cast<double>(n) * (2 + 6 * static_cast<double>(real)), parameters, tissue.member_of,
-            tissue.region, tissue.coordinates, velocity, sheet_id_, sheet_speed_, sheet_depth_,
-            sheet_distance_, tissue.stride, Real{dx});
+            tissue.region, tissue.coordinates, velocity, tissue.fibre, tissue.first_cell, tissue.place,
+            sheet_id_, sheet_speed_, sheet_depth_, sheet_distance_, tissue.stride, Real{dx}, grid_cells);
+
+  launcher_(fibres_kernel_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            static_cast<double>(n) * (1 + 7 * static_cast<double>(real)), parameters, tissue.member_of,
+            tissue.region, tissue.coordinates, tissue.fibre, tissue.first_cell, tissue.place, fibres_,
+            tissue.stride, Real{dx}, grid_cells);
 
   std::vector<std::vector<Target>> wanted;
   std::vector<double> numbers;
@@ -192,22 +205,34 @@ void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& paramet
   const auto group = static_cast<std::size_t>(Tissue::block_cells);
   launcher_(nearest_, cl::NDRange(gpu ? rows * group : rows), cl::NDRange(gpu ? group : 1),
             static_cast<double>(n) * targets_ * 2, target_block_, tissue.grid().origin_and_spacing(),
-            tissue.first_cell, member_range_, tissue.region, sheet_id_, tissue.coordinates, cells_,
-            tissue.stride);
+            tissue.first_cell, member_range_, tissue.region, sheet_id_, sheet_depth_, tissue.coordinates,
+            cells_, tissue.stride);
+  launcher_.counted(points_kernel_, rows, 0, target_block_, cells_, tissue.grid().origin_and_spacing(),
+                    tissue.first_cell, tissue.place, tissue.region, tissue.coordinates, points_,
+                    tissue.stride, grid_cells);
   std::vector<int> cells(rows);
   queue.enqueueReadBuffer(cells_, CL_TRUE, 0, rows * sizeof(int), cells.data());
+  std::vector<std::byte> raw(4 * rows * real);
+  queue.enqueueReadBuffer(points_, CL_TRUE, 0, raw.size(), raw.data());
+  const std::vector<double> points = unpack(raw, scene_.precision);
 
   sources_.clear();
   missing_.assign(members.size(), {});
   for (size_t m = 0; m < members.size(); ++m) {
-    const int* cell = cells.data() + m * static_cast<size_t>(targets_);
+    const std::size_t row = m * static_cast<size_t>(targets_);
+    const int* cell = cells.data() + row;
+    const auto point = [&](std::size_t k) {
+      const double* p = points.data() + 4 * (row + k);
+      return std::array<double, 3>{p[0], p[1], p[2]};
+    };
     constexpr size_t node = 1;  // place of the atrioventricular node among the targets
     for (size_t k = 0; k < wanted[m].size(); ++k) {
       const Target& target = wanted[m][k];
       if (cell[k] < 0)
         missing_[m] = "conduction system: \"" + target.name + "\" finds no cell";
       else if (target.starts && !(target.after_node && cell[node] < 0))
-        sources_.push_back({cell[k], target.start_ms, target.after_node ? cell[node] : -1});
+        sources_.push_back({cell[k], target.start_ms, target.after_node ? cell[node] : -1, point(k),
+                            target.after_node ? std::optional(point(node)) : std::nullopt});
     }
   }
 }

@@ -30,11 +30,13 @@ class ConductionNetwork {
                     int members_per_batch);
 
   /// Marks the sheet and finds the sites of `members`, whose blocks stand in `parameters`. The tissue's
-  /// coordinates must have been built. velocity (2, stride) real, along and across fibres, mm/ms. Reads one
-  /// number for each site from the device.
+  /// coordinates and fibres must have been built. velocity (2, stride) real, along and across fibres, mm/ms.
+  /// Reads the cell and the point of each site from the device.
   void assemble(const Tissue& tissue, const cl::Buffer& parameters, const cl::Buffer& velocity,
                 std::span<const Member> members);
 
+  /// (3, stride) real: the fibres that arrival times go by.
+  const cl::Buffer& fibres() const { return fibres_; }
   Eikonal::Sheet sheet() const { return {sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_}; }
   /// Of all members; the sites that found no cell are left out.
   const std::vector<Eikonal::Source>& sources() const { return sources_; }
@@ -42,7 +44,8 @@ class ConductionNetwork {
   const std::vector<std::string>& missing() const { return missing_; }
 
   static std::size_t bytes(std::int64_t stride, Precision precision) {
-    constexpr std::size_t of_sheet = 12;  // distance, speed, depth; Eikonal's metric, times and slowed depth
+    // Distance, speed, depth, fibres; Eikonal's metric, times and slowed depth.
+    constexpr std::size_t of_sheet = 15;
     return static_cast<std::size_t>(stride) * (1 + of_sheet * real_bytes(precision));
   }
 
@@ -53,10 +56,11 @@ class ConductionNetwork {
   Launcher& launcher_;
   const Scene& scene_;
   int members_per_batch_, targets_, capacity_ = 0;
-  cl::Buffer sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, member_range_;
+  cl::Buffer fibres_, sheet_id_, sheet_distance_, sheet_speed_, sheet_depth_, target_block_, cells_, points_,
+      member_range_;
   std::vector<Eikonal::Source> sources_;
   std::vector<std::string> missing_;
-  Launcher::Handle sheet_kernel_, nearest_;
+  Launcher::Handle sheet_kernel_, fibres_kernel_, nearest_, points_kernel_;
 };
 
 }  // namespace cohort

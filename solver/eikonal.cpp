@@ -1,6 +1,7 @@
 #include "solver/eikonal.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "solver/precision.hpp"
@@ -10,6 +11,8 @@ namespace cohort {
 namespace {
 
 constexpr int most_sweeps = 100'000;
+constexpr double source_radius_mm = 6;  // of the cells about a source that get the exact time
+constexpr double least_source_cells = 2;
 
 }  // namespace
 
@@ -21,9 +24,11 @@ Eikonal::Eikonal(Launcher& launcher, const Scene& scene, const Definitions& defi
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
   Device& device = launcher.device();
   const std::string width = "WIDTH=" + std::to_string(width_);
-  const cl::Program program =
-      definitions.build(device, {"segments.clh", "eikonal.clh", "eikonal.cl"}, {width});
+  const cl::Program program = definitions.build(
+      device, {"segments.clh", "field_gradient.clh", "eikonal.clh", "eikonal.cl", "eikonal_sources.cl"},
+      {width});
   link_ = launcher.handle(program, "eikonal_link");
+  normals_ = launcher.handle(program, "eikonal_normals");
   sheet_metric_kernel_ = launcher.handle(program, "eikonal_sheet_metric");
   metric_kernel_ = launcher.handle(program, "eikonal_metric");
   start_kernel_ = launcher.handle(program, "eikonal_start");
@@ -67,51 +72,76 @@ void Eikonal::reserve(const Tissue& tissue) {
   in_sheet_ = device.allocate(cells * sizeof(int), "in sheet");
 }
 
-// Sources by cell, so that one work-item sees all that a cell has.
-void Eikonal::upload_sources(std::span<const Source> sources) {
+// Sources in rounds, of each member one in a round: cells about two sources of one member may be the same.
+void Eikonal::upload_sources(const Tissue& tissue, std::span<const Source> sources) {
   sources_ = static_cast<int>(sources.size());
-  source_cells_ = 0;
+  first_source_.clear();
   if (sources.empty()) return;
-  std::vector<Source> sorted(sources.begin(), sources.end());
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const Source& a, const Source& b) { return a.cell < b.cell; });
-  std::vector<int> triggers, cells, first;
-  std::vector<double> starts;
-  for (const Source& source : sorted) {
-    if (cells.empty() || cells.back() != source.cell) {
-      cells.push_back(source.cell);
-      first.push_back(static_cast<int>(triggers.size()));
-    }
-    triggers.push_back(source.trigger);
-    starts.push_back(source.start_ms);
+  std::vector<std::vector<Source>> rounds;
+  std::vector<std::size_t> fired(tissue.first_block.size(), 0);  // rounds, by member
+  for (const Source& source : sources) {
+    const int block = (source.cell - Tissue::first_cell_place) / Tissue::block_cells;
+    const auto after = std::upper_bound(tissue.first_block.begin(), tissue.first_block.end(), block);
+    std::size_t& round = fired[static_cast<size_t>(after - tissue.first_block.begin() - 1)];
+    if (round == rounds.size()) rounds.emplace_back();
+    rounds[round++].push_back(source);
   }
-  source_cells_ = static_cast<int>(cells.size());
-  first.push_back(sources_);
+  std::vector<int> triggers, cells;
+  std::vector<double> starts, points, trigger_points;
+  const auto add = [](std::vector<double>& to, const std::optional<std::array<double, 3>>& point) {
+    const std::array<double, 3> p = point.value_or(std::array<double, 3>{});
+    to.insert(to.end(), {p[0], p[1], p[2], point ? 1.0 : 0.0});
+  };
+  for (const std::vector<Source>& round : rounds) {
+    first_source_.push_back(static_cast<int>(cells.size()));
+    for (const Source& source : round) {
+      triggers.push_back(source.trigger);
+      cells.push_back(source.cell);
+      starts.push_back(source.start_ms);
+      add(points, source.point);
+      add(trigger_points, source.trigger_point);
+    }
+  }
+  first_source_.push_back(sources_);
   if (sources_ > source_capacity_) {
     Device& device = launcher_.device();
     source_capacity_ = 2 * sources_;
     const auto n = static_cast<std::size_t>(source_capacity_);
+    const std::size_t real = real_bytes(precision_);
     trigger_ = device.allocate(n * sizeof(int), "trigger");
     source_cell_ = device.allocate(n * sizeof(int), "source cell");
-    first_source_ = device.allocate((n + 1) * sizeof(int), "first source");
-    start_ = device.allocate(n * real_bytes(precision_), "start");
-    fired_ = device.allocate(n * real_bytes(precision_), "fired");
+    source_point_ = device.allocate(4 * n * real, "source point");
+    trigger_point_ = device.allocate(4 * n * real, "trigger point");
+    start_ = device.allocate(n * real, "start");
+    fired_ = device.allocate(n * real, "fired");
   }
   cl::CommandQueue& queue = launcher_.queue();
-  const std::vector<std::byte> packed = pack(starts, precision_);
+  const auto upload = [&](const cl::Buffer& buffer, const std::vector<double>& numbers) {
+    const std::vector<std::byte> packed = pack(numbers, precision_);
+    queue.enqueueWriteBuffer(buffer, CL_TRUE, 0, packed.size(), packed.data());
+  };
   queue.enqueueWriteBuffer(trigger_, CL_TRUE, 0, triggers.size() * sizeof(int), triggers.data());
   queue.enqueueWriteBuffer(source_cell_, CL_TRUE, 0, cells.size() * sizeof(int), cells.data());
-  queue.enqueueWriteBuffer(first_source_, CL_TRUE, 0, first.size() * sizeof(int), first.data());
-  queue.enqueueWriteBuffer(start_, CL_TRUE, 0, packed.size(), packed.data());
+  upload(start_, starts);
+  upload(source_point_, points);
+  upload(trigger_point_, trigger_points);
 }
 
 void Eikonal::fire(const Tissue& tissue, int mark) {
-  launcher_.counted(trigger_kernel_, static_cast<size_t>(sources_), 0, trigger_, start_, arrival_[current_],
-                    fired_);
-  launcher_.counted(fire_, static_cast<size_t>(source_cells_), 0, source_cell_, first_source_, fired_,
-                    tissue.region, with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0,
-                    arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark, last_change_,
+  const Real4 grid = tissue.grid().origin_and_spacing();
+  launcher_.counted(trigger_kernel_, static_cast<size_t>(sources_), 0, trigger_, trigger_point_, start_,
+                    arrival_[current_], tissue.first_cell, tissue.place, tissue.region, metric_, grid, fired_,
                     tissue.stride);
+  const double reach = std::max(least_source_cells, std::ceil(source_radius_mm / grid.w));
+  const std::size_t cells = static_cast<size_t>(std::pow(2 * reach + 1, 3));
+  for (std::size_t k = 0; k + 1 < first_source_.size(); ++k)
+    launcher_.counted(
+        fire_, cells * static_cast<size_t>(first_source_[k + 1] - first_source_[k]), 0, first_source_[k],
+        source_cell_, source_point_, fired_, tissue.first_cell, tissue.place, tissue.region, linked_, metric_,
+        with_sheet_ ? 1 : 0, with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? sheet_distance_ : metric_,
+        with_sheet_ ? sheet_speed_ : metric_, grid, Real{source_radius_mm}, static_cast<int>(reach),
+        correction_, arrival_[current_], arrival_[1 - current_], changed_[mark % 2], mark, last_change_,
+        tissue.stride, static_cast<int>(tissue.places.size()) * Tissue::lanes);
 }
 
 void Eikonal::sweep(const Tissue& tissue, int number) {
@@ -135,14 +165,16 @@ void Eikonal::sweep(const Tissue& tissue, int number) {
 }
 
 void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* sheet,
-                    const cl::Buffer* initial, std::span<const Source> sources) {
+                    const cl::Buffer* initial, std::span<const Source> sources, const cl::Buffer* fibres) {
   with_sheet_ = sheet != nullptr;
   reserve(tissue);
-  upload_sources(sources);
+  upload_sources(tissue, sources);
   triggered_ = std::any_of(sources.begin(), sources.end(), [](const Source& s) { return s.trigger >= 0; });
   if (with_sheet_) {
     sheet_id_ = sheet->id;
     sheet_depth_ = sheet->depth;
+    sheet_distance_ = sheet->distance;
+    sheet_speed_ = sheet->speed;
   }
   with_initial_ = initial != nullptr;
   if (with_initial_) initial_ = *initial;
@@ -151,16 +183,21 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
   const cl::NDRange global(n), local(Tissue::group);
   cl::CommandQueue& queue = launcher_.queue();
 
-  launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
-            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0, linked_, in_sheet_,
-            static_cast<int>(tissue.places.size()) * Tissue::lanes);
+  const int grid_cells = static_cast<int>(tissue.places.size()) * Tissue::lanes;
+  const auto real = static_cast<double>(real_bytes(precision_));
+  const cl::Buffer& normal = second_;  // until the second solution
   if (with_sheet_)
-    launcher_(sheet_metric_kernel_, global, local,
-              cells * (1 + 9 * static_cast<double>(real_bytes(precision_))), tissue.first_cell, tissue.place,
-              tissue.region, sheet_id_, sheet->distance, sheet->speed, sheet_metric_,
-              Real{tissue.grid().dx_mm}, tissue.stride,
-              static_cast<int>(tissue.places.size()) * Tissue::lanes);
+    launcher_(normals_, global, local, cells * (1 + 4 * real), tissue.first_cell, tissue.place, tissue.region,
+              sheet_id_, sheet->distance, normal, Real{tissue.grid().dx_mm}, tissue.stride, grid_cells);
+  launcher_(link_, global, local, cells * 5, tissue.first_cell, tissue.place, tissue.region, graph_of_region_,
+            with_sheet_ ? sheet_id_ : tissue.region, with_sheet_ ? 1 : 0,
+            with_sheet_ ? sheet_distance_ : metric_, normal, linked_, in_sheet_, Real{tissue.grid().dx_mm},
+            tissue.stride, grid_cells);
+  if (with_sheet_)
+    launcher_(sheet_metric_kernel_, global, local, cells * 10 * real, normal, sheet->speed, sheet_metric_,
+              Real{tissue.grid().dx_mm}, tissue.stride);
   speed_ = speed;
+  fibres_ = fibres != nullptr ? *fibres : tissue.fibre;
   build_metric(tissue);
   queue.enqueueFillBuffer(correction_, cl_uchar{0}, 0, n * real_bytes(precision_));
   sweeps_ = 0;
@@ -171,8 +208,8 @@ void Eikonal::solve(const Tissue& tissue, const cl::Buffer& speed, const Sheet* 
 
 void Eikonal::build_metric(const Tissue& tissue) {
   launcher_(metric_kernel_, cl::NDRange(static_cast<size_t>(tissue.stride)), cl::NDRange(Tissue::group),
-            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)),
-            tissue.fibre, speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
+            11.0 * static_cast<double>(tissue.stride) * static_cast<double>(real_bytes(precision_)), fibres_,
+            speed_, tissue.region, metric_, linked_, Real{tissue.grid().dx_mm}, tissue.stride);
 }
 
 void Eikonal::slow(const Tissue& tissue, const cl::Buffer& slowness) {

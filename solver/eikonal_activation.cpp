@@ -64,7 +64,7 @@ void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& paramet
     if (const std::string why = without_velocity(scene_, regions, members[m].values); !why.empty())
       defects_[m] = why;
   const Eikonal::Sheet sheet = network_.sheet();
-  eikonal_.solve(tissue, speed_, &sheet, nullptr, network_.sources());
+  eikonal_.solve(tissue, speed_, &sheet, nullptr, network_.sources(), &network_.fibres());
 }
 
 std::vector<float> EikonalActivation::activation(const Tissue& tissue, double end_ms) {

@@ -219,7 +219,8 @@ void ReactionEikonal::assemble(const Tissue& tissue, Monodomain& monodomain, con
     sheet.emplace(network_->sheet());
     sources = network_->sources();
   }
-  eikonal_.solve(tissue, speed_, sheet ? &*sheet : nullptr, stimuli > 0 ? &initial_ : nullptr, sources);
+  eikonal_.solve(tissue, speed_, sheet ? &*sheet : nullptr, stimuli > 0 ? &initial_ : nullptr, sources,
+                 network_ ? &network_->fibres() : nullptr);
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
   queue.enqueueFillBuffer(slowness_, cl_uchar{0}, 0, n * real);
   launcher_(front_slowness_, cl::NDRange(cells / static_cast<size_t>(width_)),

@@ -74,11 +74,13 @@ class Trying {
       excitation_->prepare(members);
       launcher_.queue().finish();
       if (!excitation_->eikonal)
-        steps = choose_steps(scene_,
-                             *std::max_element(excitation_->monodomain.fastest_rate().begin(),
-                                               excitation_->monodomain.fastest_rate().end()),
-                             *std::min_element(excitation_->monodomain.diffusion_limit_ms().begin(),
-                                               excitation_->monodomain.diffusion_limit_ms().end()));
+        steps = choose_steps(
+            scene_,
+            *std::max_element(excitation_->monodomain.fastest_rate().begin(),
+                              excitation_->monodomain.fastest_rate().end()),
+            *std::min_element(excitation_->monodomain.diffusion_limit_ms().begin(),
+                              excitation_->monodomain.diffusion_limit_ms().end()),
+            members[0].values[static_cast<std::size_t>(scene_.parameters.index("time.step_factor"))]);
       else
         excitation_->project(members, all);
       launcher_.queue().finish();

@@ -139,7 +139,7 @@ class Documentation(unittest.TestCase):
                 with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
                     file.write(block)
                     file.flush()
-                    result = cohort("plan", file.name, *coarse(file.name))
+                    result = cohort("plan", "--quick", file.name, *coarse(file.name))
                 self.assertEqual(result.returncode, 0, result.stderr)
                 found += 1
         self.assertGreater(found, 0)
@@ -161,7 +161,7 @@ class Documentation(unittest.TestCase):
     def test_every_configuration_can_be_planned(self):
         for config in (SOURCE / "configs").glob("*.yaml"):
             with self.subTest(config.name):
-                result = cohort("plan", str(config), *coarse(config, SPACING.get(config.stem, 6)))
+                result = cohort("plan", "--quick", str(config), *coarse(config, SPACING.get(config.stem, 6)))
                 self.assertEqual(result.returncode, 0, result.stderr)
 
 
