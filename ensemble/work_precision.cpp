@@ -25,6 +25,21 @@ void write_text(const std::string& path, const std::string& text) {
   if (!stream) throw std::runtime_error(path + ": cannot be written");
 }
 
+/// Leaves out the settings that an interrupted study has not run.
+void keep_what_has_run(WorkPrecision& result) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < result.runs.size(); ++i) {
+    if (result.runs[i].device_s.empty()) continue;
+    if (kept != i) {
+      result.runs[kept] = std::move(result.runs[i]);
+      result.design.settings[kept] = std::move(result.design.settings[i]);
+    }
+    ++kept;
+  }
+  result.runs.resize(kept);
+  result.design.settings.resize(kept);
+}
+
 WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisionDesign& design,
                           const Setting& scene) {
   WorkPrecision result;
@@ -32,11 +47,13 @@ WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisio
   result.design = design;
   result.device = device.info().name;
   result.triad_GB_per_s = device.triad_GB_per_s();
-  run_settings(device, study_of(study, scene), design, result.reference, result.runs);
+  result.whole = run_settings(device, study_of(study, scene), design, result.reference, result.runs);
+  if (!result.whole) keep_what_has_run(result);
+  if (result.runs.empty()) throw std::runtime_error("interrupted before a setting had run");
   result.errors = measure_errors(design.measures, result.runs, design.reference ? &result.reference : nullptr,
                                  design.known);
-  result.orders = observed_orders(design, result.errors);
-  result.rounding = rounding_shares(design, result.runs, result.errors);
+  result.orders = observed_orders(result.design, result.errors);
+  result.rounding = rounding_shares(result.design, result.runs, result.errors);
   return result;
 }
 
@@ -53,18 +70,23 @@ ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
   catch_interrupts();
   return guarded(ExitCode::interrupted, [&] {
     std::vector<WorkPrecision> scenes;
-    for (const Setting& scene : design.scenes) scenes.push_back(study_scene(device, study, design, scene));
+    for (const Setting& scene : design.scenes) {
+      scenes.push_back(study_scene(device, study, design, scene));
+      if (!scenes.back().whole) break;
+    }
+    const bool whole = scenes.back().whole;
+    if (!whole) spdlog::warn("interrupted: what has run until now is written");
     write_study(study.store, study, scenes);
     const std::string csv = std::filesystem::path(store).replace_extension(".csv").string();
     write_text(csv, study_csv(scenes));
-    if (!design.measurements.empty())
+    if (!design.measurements.empty() && whole)
       write_text(design.measurements, measurements_text(measurements_of(study, scenes.front())));
     for (const WorkPrecision& scene : scenes) fmt::print("{}", study_report(scene));
     std::fflush(stdout);
     const std::string picture = std::filesystem::path(store).replace_extension(".png").string();
     const bool drawn = draw("study", {study.store, "-o", picture});
     spdlog::info("{}, {}{}", study.store, csv, drawn ? ", " + picture : "");
-    return ExitCode::done;
+    return whole ? ExitCode::done : ExitCode::interrupted;
   });
 }
 

@@ -95,7 +95,7 @@ double SettingRun::median_device_s() const {
   return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 }
 
-void run_settings(Device& device, const Study& study, const WorkPrecisionDesign& design,
+bool run_settings(Device& device, const Study& study, const WorkPrecisionDesign& design,
                   SettingRun& reference, std::vector<SettingRun>& runs) {
   const auto tell = [](const std::string& label, const SettingRun& run) {
     spdlog::info("{}: {} of the device, {} in all, a member{}", label, human_seconds(run.device_s.back()),
@@ -111,12 +111,13 @@ void run_settings(Device& device, const Study& study, const WorkPrecisionDesign&
   runs.assign(design.settings.size(), {});
   for (int repeat = 0; repeat < design.repeats; ++repeat)
     for (std::size_t i = 0; i < runs.size(); ++i) {
-      if (interrupts() > 0) throw std::runtime_error("interrupted");
+      if (interrupts() > 0) return false;
       if (!runs[i].outcome.empty()) continue;  // it would not be done the next time
       if (!prepared[i]) prepared[i] = prepare(device, study, design.settings[i]);
       run_once(device, *prepared[i], runs[i]);
       tell(fmt::format("{} ({} of {})", design.settings[i].label, repeat + 1, design.repeats), runs[i]);
     }
+  return true;
 }
 
 }  // namespace cohort

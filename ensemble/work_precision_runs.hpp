@@ -23,8 +23,9 @@ struct SettingRun {
 };
 
 /// Runs the reference once and every setting `repeats` times, in turns: a machine that drifts harms none.
-/// `runs` takes the place of the settings, `reference` that of the reference where there is one.
-void run_settings(Device& device, const Study& study, const WorkPrecisionDesign& design,
+/// `runs` takes the place of the settings, `reference` that of the reference where there is one. False where
+/// it was interrupted: repeats may then be fewer, and runs without any.
+bool run_settings(Device& device, const Study& study, const WorkPrecisionDesign& design,
                   SettingRun& reference, std::vector<SettingRun>& runs);
 
 /// Errors by one measure.

@@ -68,7 +68,7 @@ std::string measure_table(const WorkPrecision& result, std::size_t m) {
   }
   std::string text = table.text();
   const std::size_t own = result.default_setting();
-  if (result.runs[own].outcome.empty())
+  if (own < result.runs.size() && result.runs[own].outcome.empty())
     text += fmt::format("the default is {:.2f} from the front\n", distance_to_front(time, error, own));
   return text;
 }

@@ -18,10 +18,11 @@ struct WorkPrecision {
   std::vector<RoundingShare> rounding;
   std::string device;
   double triad_GB_per_s = 0;
+  bool whole = true;  ///< false where it was interrupted: what had not run is left out
 
   std::vector<double> times() const;                   ///< (R) median device seconds of a member
   std::vector<double> rms(std::size_t measure) const;  ///< (R)
-  std::size_t default_setting() const;
+  std::size_t default_setting() const;                 ///< R where it has not run
 };
 
 /// Writes the HDF5 file; analysis/study.py names what is in it. Throws std::runtime_error.

@@ -163,6 +163,21 @@ ConductionNetwork::ConductionNetwork(Launcher& launcher, const Scene& scene, con
       device.allocate(static_cast<std::size_t>(members_per_batch + 1) * sizeof(int), "member range");
 }
 
+std::size_t ConductionNetwork::bytes(const Scene& scene, int members, std::int64_t stride) {
+  // Distance, speed, depth, fibres; Eikonal's metric, times and slowed depth.
+  constexpr std::size_t of_sheet = 15;
+  constexpr std::size_t small = 10;  // buffers that may be less than the least
+  const std::size_t real = real_bytes(scene.precision);
+  const bool delay = scene.conduction_system->kind == ConductionSystem::Kind::delay;
+  const std::size_t sources = delay ? 1 + scene.conduction_system->early_sites.size() : 1,
+                    targets = sources + (delay ? 1 : 0);
+  // Places, cells and points of targets; of twice as many sources cells, triggers, their points, two times.
+  const std::size_t of_member = targets * ((target_numbers + 4) * real + sizeof(int)) + sizeof(int) +
+                                2 * sources * (2 * sizeof(int) + 10 * real);
+  return static_cast<std::size_t>(stride) * (1 + of_sheet * real) +
+         static_cast<std::size_t>(members) * of_member + small * Device::least_bytes;
+}
+
 void ConductionNetwork::assemble(const Tissue& tissue, const cl::Buffer& parameters,
                                  const cl::Buffer& velocity, std::span<const Member> members) {
   const std::size_t real = real_bytes(scene_.precision);

@@ -43,11 +43,9 @@ class ConductionNetwork {
   /// By member: what found no cell, empty where all did.
   const std::vector<std::string>& missing() const { return missing_; }
 
-  static std::size_t bytes(std::int64_t stride, Precision precision) {
-    // Distance, speed, depth, fibres; Eikonal's metric, times and slowed depth.
-    constexpr std::size_t of_sheet = 15;
-    return static_cast<std::size_t>(stride) * (1 + of_sheet * real_bytes(precision));
-  }
+  /// Device bytes for `members` members with `stride` compact cells in all, with what Eikonal keeps of a
+  /// sheet and of the sources.
+  static std::size_t bytes(const Scene& scene, int members, std::int64_t stride);
 
  private:
   struct Target;

@@ -40,10 +40,9 @@ std::string EikonalActivation::refusal(const Scene& scene) {
   return {};
 }
 
-std::size_t EikonalActivation::bytes(std::int64_t stride, Precision precision) {
-  return Eikonal::bytes(stride, precision) + ConductionNetwork::bytes(stride, precision) +
-         static_cast<std::size_t>(stride) * (2 * real_bytes(precision) + sizeof(float)) +
-         static_cast<std::size_t>(stride);  // sources and targets: some hundreds of bytes a member
+std::size_t EikonalActivation::bytes(const Scene& scene, int members, std::int64_t stride) {
+  return Eikonal::bytes(stride, scene.precision) + ConductionNetwork::bytes(scene, members, stride) +
+         static_cast<std::size_t>(stride) * (2 * real_bytes(scene.precision) + sizeof(float));
 }
 
 void EikonalActivation::assemble(const Tissue& tissue, const cl::Buffer& parameters,

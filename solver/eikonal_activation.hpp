@@ -31,7 +31,7 @@ class EikonalActivation {
   /// Why the values of a member give some region no velocity; empty where all have one.
   static std::string without_velocity(const Scene& scene, const RegionParameters& regions,
                                       std::span<const double> values);
-  static std::size_t bytes(std::int64_t stride, Precision precision);
+  static std::size_t bytes(const Scene& scene, int members, std::int64_t stride);
 
  private:
   Launcher& launcher_;

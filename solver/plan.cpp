@@ -367,7 +367,7 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const bool triggers = plan.activation == ActivationMethod::reaction_eikonal;
   // Cables of fronts are run before the buffers of the eikonal solver are there, but in a batch after.
   std::size_t eikonal_bytes =
-      eikonal ? EikonalActivation::bytes(room, scene.precision) : ReactionEikonal::bytes(scene, batch, room);
+      eikonal ? EikonalActivation::bytes(scene, batch, room) : ReactionEikonal::bytes(scene, batch, room);
   if (triggers)
     eikonal_bytes = std::max(
         eikonal_bytes,

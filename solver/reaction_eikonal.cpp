@@ -119,7 +119,7 @@ std::size_t ReactionEikonal::bytes(const Scene& scene, int members, std::int64_t
   const std::size_t of_member = ((4 + stimuli * latencies) * scene.regions.size() + 2) * real;
   constexpr std::size_t small = 20;  // buffers of the eikonal solver, the network and this
   return Eikonal::bytes(stride, precision) + static_cast<std::size_t>(stride) * 4 * real +
-         (scene.conduction_system ? ConductionNetwork::bytes(stride, precision) : 0) +
+         (scene.conduction_system ? ConductionNetwork::bytes(scene, members, stride) : 0) +
          static_cast<std::size_t>(members) * of_member + small * Device::least_bytes;
 }
 

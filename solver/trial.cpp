@@ -110,8 +110,8 @@ class Trying {
     excitation_->march(steps, members, all, 1e9, [&](double) {
       if (window++ < next) return true;
       launcher_.queue().finish();
-      const std::int64_t launches = launches_of(device_, nullptr), windows = window - 1 - last_window;
       const double stretch_s = seconds_since(last);
+      const std::int64_t launches = launches_of(device_, nullptr), windows = window - 1 - last_window;
       step_s = stretch_s / static_cast<double>(windows * each);
       trial_.launches_per_step =
           static_cast<double>(launches - last_launches) / static_cast<double>(windows * each);

@@ -72,6 +72,25 @@ def campaign(folder, accuracy, *arguments):
                   "--set", "time.beats.at_most=30", *arguments)
 
 
+def interrupted(folder):
+    (folder / "long.yaml").write_text(STUDY.replace("repeats: 2", "repeats: 5000").replace("measured.yaml", "never.yaml"))
+    process = subprocess.Popen([COHORT, "study", "long.yaml", "--store", "long.h5"], cwd=folder, stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True)
+    told = []
+    for line in process.stdout:
+        told.append(line)
+        if "circulation 4 ms (1 of" in line:
+            break
+    process.terminate()
+    told += process.communicate(timeout=100)[0].splitlines(True)
+    expect("an interrupted study ends as such", process.returncode == 3 and any("interrupted" in line for line in told),
+           f"{process.returncode}: {told}")
+    with h5py.File(folder / "long.h5") as file:
+        labels, rms = file["000/settings/label"][:], file["000/measures/rms"][:]
+        expect("and keeps what has run", 2 <= len(labels) < 7 and rms.shape == (3, len(labels)) and (rms > 0).all(), labels)
+    expect("but measures nothing for accuracy", not (folder / "never.yaml").exists())
+
+
 def choices(folder, rms):
     told = campaign(folder, "{LV_EF: %g, measurements: measured.yaml}" % (20 * rms["circulation 4 ms"])).stdout
     expect("a wide wish takes a cheap setting", "accuracy: circulation 8 ms" in told or "accuracy: circulation 4 ms" in told
@@ -122,5 +141,6 @@ def bad_studies(folder):
 with tempfile.TemporaryDirectory() as temporary:
     place = pathlib.Path(temporary)
     choices(place, study(place))
+    interrupted(place)
     bad_studies(place)
 sys.exit(1 if failures else 0)
