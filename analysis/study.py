@@ -6,7 +6,7 @@
 In the file a group for each scene ("000", ...; attribute scene) with R settings, M measures, N members, K repeats:
     settings/label, set, outcome (R) text; default (R) 1 where it is the scene's own; roof_s (R)
     settings/device_s, wall_s (R, K) s: of the device's kernels, and by the host's clock, for one member
-    measures/name, unit (M) text; rms, largest, front (M, R); error (M, R, N)
+    measures/name, unit (M) text; rms, largest, front (M, R); error (M, R, N); reference (M, N), NaN for norms
 Attributes: study, base, reference, program, device, triad_GB_per_s.
 """
 

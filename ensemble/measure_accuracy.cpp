@@ -91,13 +91,11 @@ Measurements measurements_of(const Study& study, const WorkPrecision& result) {
     const double near = nearness(campaign, reference);
     MeasuredSetting measured{setting.label, setting.values, run.median_device_s(), {}};
     for (const MeasureErrors& errors : result.errors) {
-      const auto feature = find_feature(result.reference.layout.features, errors.name);
-      if (!feature) continue;  // a norm
+      if (!find_feature(result.reference.layout.features, errors.name)) continue;  // a norm
       m.features[errors.name] = errors.unit;
       std::vector<double> percent;
       for (std::size_t n = 0; n < errors.of[i].size(); ++n)
-        percent.push_back(100 * errors.of[i][n] /
-                          static_cast<double>(result.reference.recordings[n].features[*feature]));
+        percent.push_back(100 * errors.of[i][n] / errors.reference[n]);
       const bool known = std::none_of(percent.begin(), percent.end(), [](double e) { return std::isnan(e); });
       measured.errors[errors.name] = {errors.rms(i), errors.largest(i),
                                       known ? bound(errors.of[i], near) : unknown,

@@ -33,8 +33,8 @@ std::string human_bytes(std::size_t bytes) {
     value /= 1000;
     ++unit;
   }
-  return unit == 0 || value >= 100 ? fmt::format("{:.0f} {}", value, units[unit])
-                                   : fmt::format("{:.1f} {}", value, units[unit]);
+  if (unit == 0 || value >= 100) return fmt::format("{:.0f} {}", value, units[unit]);
+  return fmt::format("{:.{}f} {}", value, value >= 10 ? 1 : 2, units[unit]);  // three digits
 }
 
 std::string human_seconds(double seconds) {

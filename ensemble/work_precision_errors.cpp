@@ -70,6 +70,20 @@ double value_of(const SettingRun& run, std::size_t feature, std::size_t member) 
   return static_cast<double>(run.recordings[member].features[feature]);
 }
 
+/// (N) of a feature; NaN for a norm, which has neither.
+std::vector<double> reference_values(const std::string& measure, const std::vector<SettingRun>& runs,
+                                     const SettingRun* reference,
+                                     const std::map<std::string, double>& known) {
+  const std::size_t members = runs.empty() ? 0 : runs.front().recordings.size();
+  if (const auto given = known.find(measure); given != known.end())
+    return std::vector<double>(members, given->second);
+  std::vector<double> result(members, NaN);
+  if (!reference) return result;
+  if (const auto there = find_feature(reference->layout.features, measure))
+    for (std::size_t m = 0; m < members; ++m) result[m] = value_of(*reference, *there, m);
+  return result;
+}
+
 /// The value of a setting's path as a number; NaN where it is none.
 double as_number(const std::string& text) {
   char* end = nullptr;
@@ -128,7 +142,10 @@ std::vector<MeasureErrors> measure_errors(const std::vector<std::string>& measur
     if (difference && !reference)
       throw std::runtime_error(
           fmt::format("measures: {} is compared with a run, and the reference is values", measure));
-    MeasureErrors errors{measure, unit, {}};
+    if (!difference && !reference && !known.contains(measure))
+      throw std::runtime_error(fmt::format("measures: reference.values has no {}", measure));
+    MeasureErrors errors{measure, unit, {}, {}};
+    errors.reference = reference_values(measure, runs, difference ? nullptr : reference, known);
     for (const SettingRun& run : runs) {
       std::optional<std::size_t> feature;
       if (!difference) {
@@ -143,13 +160,8 @@ std::vector<MeasureErrors> measure_errors(const std::vector<std::string>& measur
           own.push_back(NaN);
         } else if (difference) {
           own.push_back(difference(run, *reference, m));
-        } else if (const auto given = known.find(measure); given != known.end()) {
-          own.push_back(value_of(run, *feature, m) - given->second);
-        } else if (reference) {
-          const auto there = find_feature(reference->layout.features, errors.name);
-          own.push_back(there ? value_of(run, *feature, m) - value_of(*reference, *there, m) : NaN);
         } else {
-          throw std::runtime_error(fmt::format("measures: reference.values has no {}", measure));
+          own.push_back(value_of(run, *feature, m) - errors.reference[m]);
         }
       }
       errors.of.push_back(std::move(own));

@@ -32,6 +32,7 @@ bool run_settings(Device& device, const Study& study, const WorkPrecisionDesign&
 struct MeasureErrors {
   std::string name, unit;
   std::vector<std::vector<double>> of;  ///< (R, N); signed for features; NaN where a member is not done
+  std::vector<double> reference;        ///< (N) the feature's value in the reference; NaN for norms
 
   double rms(std::size_t setting) const;
   double largest(std::size_t setting) const;

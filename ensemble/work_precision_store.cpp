@@ -140,7 +140,7 @@ void write_scene(hid_t group, const WorkPrecision& result) {
   const auto repeats = static_cast<std::size_t>(result.design.repeats);
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> labels, sets, outcomes, names, units;
-  std::vector<double> own, roof, device, wall, rms, largest, front, member_errors;
+  std::vector<double> own, roof, device, wall, rms, largest, front, member_errors, references;
   for (std::size_t i = 0; i < rows; ++i) {
     const SettingRun& run = result.runs[i];
     labels.push_back(result.design.settings[i].label);
@@ -166,6 +166,7 @@ void write_scene(hid_t group, const WorkPrecision& result) {
       members = result.errors[m].of[i].size();
       member_errors.insert(member_errors.end(), result.errors[m].of[i].begin(), result.errors[m].of[i].end());
     }
+    references.insert(references.end(), result.errors[m].reference.begin(), result.errors[m].reference.end());
   }
   hdf5::write_attribute(group, "scene", result.scene);
   hdf5::write_texts(group, "settings/label", labels);
@@ -181,6 +182,7 @@ void write_scene(hid_t group, const WorkPrecision& result) {
   hdf5::write_numbers(group, "measures/largest", {measures, rows}, largest);
   hdf5::write_numbers(group, "measures/front", {measures, rows}, front);
   hdf5::write_numbers(group, "measures/error", {measures, rows, members}, member_errors);
+  hdf5::write_numbers(group, "measures/reference", {measures, members}, references);
 }
 
 }  // namespace

@@ -15,8 +15,8 @@
 //@ state h 1 0 1
 //@ derived inverse_tau_in tau_in_ms
 //@ derived inverse_tau_out tau_out_ms
-//@ derived open_decay tau_open_ms
-//@ derived close_decay tau_close_ms
+//@ derived open_share tau_open_ms
+//@ derived close_share tau_close_ms
 //@ derived gate v_gate
 //@ derived resting resting_mV
 //@ derived inverse_amplitude amplitude_mV
@@ -26,8 +26,8 @@
 void cell_derive(const real *p, real dt, real *d) {
   d[D_inverse_tau_in] = 1 / p[P_tau_in_ms];
   d[D_inverse_tau_out] = 1 / p[P_tau_out_ms];
-  d[D_open_decay] = exp(-dt / p[P_tau_open_ms]);
-  d[D_close_decay] = exp(-dt / p[P_tau_close_ms]);
+  d[D_open_share] = -expm1(-dt / p[P_tau_open_ms]);
+  d[D_close_share] = -expm1(-dt / p[P_tau_close_ms]);
   d[D_gate] = p[P_v_gate];
   d[D_resting] = p[P_resting_mV];
   d[D_inverse_amplitude] = 1 / p[P_amplitude_mV];
@@ -38,15 +38,16 @@ void cell_derive(const real *p, real dt, real *d) {
 real cell_fastest_rate(const real *p) { return 1 / p[P_tau_in_ms] + 1 / p[P_tau_out_ms]; }
 
 // One step of dt ms: midpoint rule for V, the gate by its exact exponential (Rush & Larsen 1978) with the direction
-// that the midpoint's potential sets. stimulus in mV/ms. Second order in dt between switches of the gate.
+// that the midpoint's potential sets. stimulus in mV/ms. Second order in dt between switches of the gate. By the share of the
+// way that the gate goes: a factor near 1 is rounded the same way in every step (0.1 ms of APD90 at 0.01 ms in single precision).
 void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
   const realv v = (*V - d[D_resting]) * d[D_inverse_amplitude];
   const realv h = state[S_h];
   const realv drive = stimulus * d[D_inverse_amplitude];
   const realv slope = fma(v, fma(h * d[D_inverse_tau_in] * v, 1 - v, -d[D_inverse_tau_out]), drive);
   const realv middle = fma(R(0.5) * dt, slope, v);
-  const realv opening = fma(h - 1, d[D_open_decay], (realv)(1));
-  const realv closing = h * d[D_close_decay];
+  const realv opening = fma(1 - h, d[D_open_share], h);
+  const realv closing = fma(-h, d[D_close_share], h);
   const realv h_end = WHERE(isless(middle, d[D_gate]), opening, closing);
   const realv h_middle = R(0.5) * (h + h_end);
   const realv slope_middle =

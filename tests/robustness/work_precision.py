@@ -52,6 +52,9 @@ def study(folder):
         expect("one default", default.sum() == 1 and default[-1] == 1)
         expect("a time for each repeat", device_s.shape == (7, 2) and (device_s > 0).all())
         expect("rms is that of the members", numpy.allclose(rms, numpy.sqrt((errors**2).mean(axis=2))))
+        reference = scene["measures/reference"][:]
+        expect("values of the reference, none of norms", numpy.isnan(reference[0]).all() and ((reference[1:] > 20) & (reference[1:] < 200)).all(),
+               reference)
         expect("finer steps have smaller errors", (numpy.diff(rms[:, :4], axis=1) < 0).all(), rms)
         front, times = scene["measures/front"][:], numpy.median(device_s, axis=1)
         for m in range(3):
