@@ -85,7 +85,9 @@ def draw_measure(axes, study, m):
     time, error = numpy.nanmedian(study.device_s, axis=1), study.rms[m]
     shown = numpy.isfinite(error) & (error > 0) & (time > 0)
     if not shown.any():
-        axes.text(0.5, 0.5, "no error above zero", ha="center", transform=axes.transAxes)
+        axes.text(0.5, 0.5, f"{name}: no error above zero", ha="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return
     places = numpy.flatnonzero(shown)
     for i, offset in zip(places, label_offsets(numpy.log10(time[places]), numpy.log10(error[places]))):
         colour = OWN if study.default[i] else FRONT if study.front[m][i] else OTHER
