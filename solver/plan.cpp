@@ -137,16 +137,18 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
       throw std::invalid_argument("region \"" + scene.regions[r].name + "\" holds no cell at grid.dx_mm " +
                                   std::to_string(grid.dx_mm));
 
-  // A GPU is full with about two million cells, or twice as many where tissue deforms and small launches
-  // are many; a CPU works through one heart at a time.
-  const std::size_t cells_that_fill_a_gpu = scene.mechanics ? 4'000'000 : 2'000'000;
+  // A GPU is full with about two million cells, or twice as many, of the mechanics' grid, where tissue
+  // deforms and small launches are many; a CPU works through one heart at a time.
+  const double cells_that_fill_a_gpu = scene.mechanics ? 4e6 : 2e6;
   constexpr int most_members = 64;
   // Each member's elliptic solve fills a device by itself.
   plan.members_per_device = options.members_per_device;
   if (plan.members_per_device <= 0 && (bidomain || forward)) plan.members_per_device = 1;
   if (plan.members_per_device <= 0) {
-    const auto fitting = cells_that_fill_a_gpu / std::max<std::size_t>(plan.segments * Tissue::lanes, 1);
-    plan.members_per_device = device.info().gpu ? std::clamp(static_cast<int>(fitting), 1, most_members) : 1;
+    double cells = static_cast<double>(std::max<std::size_t>(plan.segments * Tissue::lanes, 1));
+    if (scene.mechanics) cells *= std::pow(grid.dx_mm / solid_dx_mm(scene), 3);
+    const double fitting = std::min(cells_that_fill_a_gpu / cells, double{most_members});
+    plan.members_per_device = device.info().gpu ? std::max(static_cast<int>(fitting), 1) : 1;
   }
   if (!members.empty())
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
@@ -244,6 +246,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const SolidPlan solid = add_mechanics(launcher, scene, members, base, batch, plan);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
+  if (plan.bytes > limit && batch > 1 && options.members_per_device <= 0) {  // as many as there is room for
+    PlanOptions fewer = options;
+    fewer.members_per_device = std::clamp(
+        static_cast<int>(0.9 * batch * static_cast<double>(limit) / static_cast<double>(plan.bytes)), 1,
+        batch - 1);
+    return make_plan(device, scene, members, fewer);
+  }
   refuse_beyond(plan.bytes, limit, whole_batch);
 
   if (eikonal) {
