@@ -18,10 +18,8 @@
 //
 // Cells cut by the surface hold a fraction of tissue. Vertices weigh as the smallest of the cells they have; faces as the
 // smaller of their two, so that no cut cell shortens the explicit step. That is right for potentials without flux through
-// the surface, whose gradient across the last half cell is nil. The ECG's source has no such condition: with
-// `whole_moment` a cell gives half its fraction to each of the two faces across an axis, and all of it to the one that
-// remains where the other leads out of the tissue. The faces then hold the whole volume, and a linear potential its whole
-// dipole moment (of a ball of 16 mm at 1 mm the smaller fractions lose 5 %).
+// the surface, whose gradient across the last half cell is nil. The ECG's source has no such condition and no need of
+// positivity: source_faces.cl.
 //
 // With MODE_LAYERED the means are those of layers in series and parallel: exact, and second order, where the
 // conductivity jumps across a plane of the grid (tissue and bath), whose normal flux is continuous. Without a jump they
@@ -33,7 +31,7 @@
 
 constant int plaquette_axes[3][2] = {{0, 1}, {0, 2}, {1, 2}};  // xy, xz, yz
 
-enum { MODE_POTENTIAL, MODE_WHOLE_MOMENT, MODE_LAYERED };
+enum { MODE_POTENTIAL, MODE_LAYERED };
 
 constant int cross_of[3][3] = {{-1, 3, 4}, {3, -1, 5}, {4, 5, -1}};  // where D_ab stands behind xx yy zz
 
@@ -79,14 +77,6 @@ void layer(real *a, const real *b, int n) {
       const int c = p == q ? p : cross_of[p][q];
       a[c] = p == n && q == n ? normal : p == n ? normal * ratio[q] : q == n ? normal * ratio[p] : tangential[c];
     }
-}
-
-// Compact place of the neighbour (dx, dy, dz) of grid cell `cell` (counted over members), exact also where the
-// neighbour lies in another segment; in the void segment where it is no tissue. Tissue at the grid's rim, whose member
-// is rejected, must not lead out of the array.
-inline int place_of(global const int *place, int cell, int dx, int dy, int dz, int grid_cells) {
-  const int neighbour = clamp(cell + dx + NX * (dy + NY * dz), 0, grid_cells - 1);
-  return LANES * place[neighbour / LANES] + neighbour % LANES;
 }
 
 // The vertex at corner (cx, cy, cz), each 0 (lower) or 1 (upper), of grid cell `cell`.
@@ -157,13 +147,7 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
     for (int a = 0; a < 3; ++a) {
       const int lower = place_of(place, cell, a == 0 ? -1 : 0, a == 1 ? -1 : 0, a == 2 ? -1 : 0, grid_cells);
       if (!(capacity[lower] > 0)) continue;
-      const int step_x = a == 0 ? 1 : 0, step_y = a == 1 ? 1 : 0, step_z = a == 2 ? 1 : 0;
-      real face = fmin(capacity[i], capacity[lower]);
-      if (mode == MODE_WHOLE_MOMENT) {
-        const bool ends_above = !(capacity[place_of(place, cell, step_x, step_y, step_z, grid_cells)] > 0);
-        const bool ends_below = !(capacity[place_of(place, cell, -2 * step_x, -2 * step_y, -2 * step_z, grid_cells)] > 0);
-        face = R(0.5) * (capacity[i] * (ends_above ? 2 : 1) + capacity[lower] * (ends_below ? 2 : 1));
-      }
+      const real face = fmin(capacity[i], capacity[lower]);
       const real here = conductivity[i + a * (size_t)stride], there = conductivity[lower + a * (size_t)stride];
       const real normal = mode == MODE_LAYERED ? (here > 0 && there > 0 ? 2 * here * there / (here + there) : 0)
                                                : R(0.5) * (here + there);

@@ -24,16 +24,33 @@ void Diffusion::reserve(const Tissue& tissue) {
       launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_), "block bound");
 }
 
-void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
-                         Use use, const cl::Buffer& stencil) {
+void Diffusion::conductivities(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
+                               bool membrane) {
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
-  const double dx = tissue.grid().dx_mm;
   launcher_(tensor_, cl::NDRange(n), cl::NDRange(Tissue::group),
             9 * static_cast<double>(n * real_bytes(precision_)), parameters, tissue.member_of, tissue.region,
-            tissue.fibre, conductivity_, tissue.stride, offset, Real{scale / (dx * dx)},
-            use == Use::ecg_source ? 0 : 1);
+            tissue.fibre, conductivity_, tissue.stride, offset, Real{scale}, membrane ? 1 : 0);
+}
+
+void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
+                         Use use, const cl::Buffer& stencil) {
+  const double dx = tissue.grid().dx_mm;
+  conductivities(tissue, parameters, offset, scale / (dx * dx), true);
   assemble_tensors(tissue, conductivity_, use, stencil);
+}
+
+const cl::Buffer& Diffusion::assemble_source(const Tissue& tissue, const cl::Buffer& parameters, int offset,
+                                             double scale, const cl::Buffer& faces) {
+  conductivities(tissue, parameters, offset, scale, false);
+  if (faces_.program() == nullptr)
+    faces_ = launcher_.handle(definitions_.build(launcher_.device(), {"segments.clh", "source_faces.cl"}),
+                              "source_faces");
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  launcher_(faces_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            5 * static_cast<double>(n * real_bytes(precision_)), tissue.first_cell, tissue.place,
+            tissue.capacity, faces, tissue.stride, static_cast<int>(tissue.places.size()) * Tissue::lanes);
+  return conductivity_;
 }
 
 void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, Use use,

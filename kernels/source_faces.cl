@@ -1,0 +1,29 @@
+// Faces of the ECG's source, the dipoles -sigma_i grad V of the tissue (lead_weights.cl, forward_ecg.cl). Needs segments.clh.
+//
+// Differences of V are known across the faces between two tissue cells. A cell gives half of its fraction of tissue to each
+// of its two faces along an axis, and all of it to the one that remains where the other leads out of the tissue. The faces
+// then hold the whole volume along every axis: of a potential that is linear in space no moment is lost, but in cells
+// without a neighbour along an axis. Unlike a diffusion operator (stencil.cl) a source need not be positive, so that nothing
+// of an anisotropic tensor has to be given up in cut cells.
+
+// faces (3, stride): what the lower x, y, z face of each cell weighs, over 2: 0 where it is none between tissue cells. It
+// multiplies the difference across the face and the sum of the two cells' vectors.
+kernel void source_faces(global const int *restrict first_cell, global const int *restrict place,
+                         global const real *restrict capacity, global real *restrict faces, const int stride,
+                         const int grid_cells) {
+  const int i = get_global_id(0);
+  const int cell = first_cell[i / LANES] + i % LANES;
+  for (int a = 0; a < 3; ++a) {
+    real face = 0;
+    if (capacity[i] > 0) {
+      real share[4];  // of the cells two below to one above
+      for (int k = 0; k < 4; ++k) {
+        const int step = k - 2;
+        share[k] = capacity[place_of(place, cell, a == 0 ? step : 0, a == 1 ? step : 0, a == 2 ? step : 0, grid_cells)];
+      }
+      if (share[1] > 0)
+        face = R(0.25) * (share[1] * (share[0] > 0 ? 1 : 2) + share[2] * (share[3] > 0 ? 1 : 2));
+    }
+    faces[i + a * (size_t)stride] = face;
+  }
+}
