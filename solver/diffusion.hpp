@@ -46,8 +46,9 @@ class Diffusion {
 
  private:
   void reserve(const Tissue& tissue);
-  void conductivities(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
-                      bool membrane);
+  void compile();
+  void conductivities(Launcher::Handle& kernel, const Tissue& tissue, const cl::Buffer& parameters,
+                      int offset, double scale, bool membrane);
 
   Launcher& launcher_;
   Definitions definitions_;
@@ -55,7 +56,7 @@ class Diffusion {
   int width_;
   cl::Buffer conductivity_, block_bound_;
   int capacity_ = 0;
-  Launcher::Handle tensor_, assemble_, faces_, bound_;
+  Launcher::Handle tensor_, assemble_, source_tensor_, faces_, bound_;
 };
 
 }  // namespace cohort
