@@ -70,24 +70,50 @@ def shortened(labels):
     return [label if label == "default" else " ".join(label.split()[same:]) for label in labels]
 
 
-def label_offsets(x, y):
-    """Points to the right and above each point; below it where another point is too near."""
-    offsets = []
-    for i in range(len(x)):
-        near = [j for j in range(i) if abs(x[j] - x[i]) < 0.25 and abs(y[j] - y[i]) < 0.12]
-        offsets.append((5, 3 if len(near) % 2 == 0 else -8))
-    return offsets
+def place_labels(axes, labels):
+    """Texts of (x, y, text, colour) where they cover neither each other nor a point, with a line to points that are not beside them."""
+    figure = axes.figure
+    renderer = figure.canvas.get_renderer()
+    points = axes.transData.transform([(x, y) for x, y, *_ in labels]) if labels else []
+    frame = axes.get_window_extent(renderer)
+    scale = figure.dpi / 72
+    taken = [(x - 4 * scale, y - 4 * scale, x + 4 * scale, y + 4 * scale) for x, y in points]
+    for (x, y), (*place, text, colour) in zip(points, labels):
+        note = axes.annotate(text, place, xytext=(0, 0), textcoords="offset points", fontsize=6, color=colour, zorder=4,
+                             bbox={"facecolor": "white", "alpha": 0.75, "pad": 0.3, "linewidth": 0})
+        size = note.get_window_extent(renderer)
+        best, least = None, numpy.inf
+        for radius in (5, 9, 14, 20, 27, 35, 44, 54):
+            for angle in numpy.arange(0, 2 * numpy.pi, numpy.pi / 8):
+                dx, dy = radius * numpy.cos(angle) * scale, radius * numpy.sin(angle) * scale
+                left = x + dx - (0 if numpy.cos(angle) > 0.3 else size.width if numpy.cos(angle) < -0.3 else size.width / 2)
+                low = y + dy - size.height / 2
+                box = (left, low, left + size.width, low + size.height)
+                overlap = sum(max(0, min(box[2], other[2]) - max(box[0], other[0])) * max(0, min(box[3], other[3]) - max(box[1], other[1]))
+                              for other in taken)
+                beyond = max(0, frame.x0 - box[0]) + max(0, box[2] - frame.x1) + max(0, frame.y0 - box[1]) + max(0, box[3] - frame.y1)
+                cost = 20 * overlap + 50 * beyond + radius * radius
+                if cost < least:
+                    best, least = (box, radius), cost
+        box, radius = best
+        taken.append(box)
+        note.set_position(((box[0] - x) / scale, (box[1] - y) / scale))
+        if radius > 9:
+            middle = axes.transData.inverted().transform(((box[0] if box[0] > x else min(box[2], x)), (box[1] + box[3]) / 2))
+            axes.plot([place[0], middle[0]], [place[1], middle[1]], color=colour, linewidth=0.4, zorder=1)
 
 
 def draw_measure(axes, study, m):
-    """One measure: settings by median device time and rms error, the front joined, the roof to the left of each."""
+    """One measure: settings by median device time and rms error, the front joined, the roof to the left of each. Returns its labels."""
     name, unit = study.measures[m]
     time, error = numpy.nanmedian(study.device_s, axis=1), study.rms[m]
     shown = numpy.isfinite(error) & (error > 0) & (time > 0)
     if not shown.any():
-        axes.text(0.5, 0.5, "no error above zero", ha="center", transform=axes.transAxes)
-    places = numpy.flatnonzero(shown)
-    for i, offset in zip(places, label_offsets(numpy.log10(time[places]), numpy.log10(error[places]))):
+        axes.text(0.5, 0.5, f"{name}: no error above zero", ha="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return []
+    labels = []
+    for i in numpy.flatnonzero(shown):
         colour = OWN if study.default[i] else FRONT if study.front[m][i] else OTHER
         low, high = numpy.nanmin(study.device_s[i]), numpy.nanmax(study.device_s[i])
         if study.roof_s[i] > 0:
@@ -96,7 +122,7 @@ def draw_measure(axes, study, m):
         axes.plot([low, high], [error[i]] * 2, color=colour, linewidth=2.5, alpha=0.5, solid_capstyle="butt", zorder=2)
         axes.plot(time[i], error[i], "D" if study.default[i] else "o", color=colour, markersize=5, zorder=3,
                   markerfacecolor=colour if study.front[m][i] or study.default[i] else "white")
-        axes.annotate(study.labels[i], (time[i], error[i]), xytext=offset, textcoords="offset points", fontsize=6.5, color=colour)
+        labels.append((time[i], error[i], study.labels[i], colour))
     front = numpy.flatnonzero(study.front[m] & shown)
     front = front[numpy.argsort(time[front])]
     axes.plot(time[front], error[front], color=FRONT, linewidth=0.8, zorder=2)
@@ -106,6 +132,7 @@ def draw_measure(axes, study, m):
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+    return labels
 
 
 def draw(scenes, title):
@@ -115,14 +142,18 @@ def draw(scenes, title):
     figure, all_axes = plt.subplots(rows, columns, figsize=(5.2 * columns, 4 * rows + 0.6), squeeze=False, layout="constrained")
     for axes in all_axes.flat[len(panels):]:
         axes.set_visible(False)
-    for axes, (study, m) in zip(all_axes.flat, panels):
-        draw_measure(axes, study, m)
+    labels = [draw_measure(axes, study, m) for axes, (study, m) in zip(all_axes.flat, panels)]
     study = scenes[0]
     failed = [f"{study.scene} {label}: {outcome}" for study in scenes for label, outcome in zip(study.labels, study.outcomes) if outcome]
     against = study.reference if len(study.reference) < WORD_LIMIT else study.reference[:WORD_LIMIT] + " ..."
     lines = [f"{title} on {study.device} (triad {study.triad_GB_per_s:.0f} GB/s), against {against}",
              "filled: Pareto front; diamond: default; bar: least to most of the repeats; tick to the left: least traffic at the triad"]
     figure.suptitle("\n".join(lines + failed[:3]), fontsize=8.5)
+    figure.draw_without_rendering()  # sizes are known from here on
+    figure.set_layout_engine("none")
+    for axes, own in zip(all_axes.flat, labels):
+        axes.autoscale(False)
+        place_labels(axes, own)
     return figure
 
 

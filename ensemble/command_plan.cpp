@@ -102,7 +102,7 @@ std::string kernel_line(const Trial& trial) {
 // What the first steps told.
 void add_trial(TextTable& sizes, const Plan& plan, const Trial& trial, const Campaign& campaign) {
   const Scene& scene = campaign.scene;
-  if (trial.steps > 0) {
+  if (trial.steps > 1) {
     const std::string dt = plan.dt_ms > 0 ? fmt::format(" of {:.4g} ms{}", plan.dt_ms,
                                                         scene.mechanics ? " at rest and less later" : "")
                                           : "";
@@ -111,7 +111,7 @@ void add_trial(TextTable& sizes, const Plan& plan, const Trial& trial, const Cam
                                          dt, recorded_ms(scene))
                            : fmt::format("{:.0f} steps{} to {} ms", trial.steps, dt, recorded_ms(scene))});
   } else {
-    sizes.add({"time", fmt::format("no steps; {} ms are recorded", recorded_ms(scene))});
+    sizes.add({"time", fmt::format("no steps of the host; {} ms are recorded", recorded_ms(scene))});
   }
   if (scene.beats)
     sizes.add({"beats", trial.beats_are_known

@@ -12,6 +12,7 @@
 
 #include "ensemble/feature_names.hpp"
 #include "ensemble/members.hpp"
+#include "solver/mechanics.hpp"
 
 namespace cohort {
 
@@ -31,9 +32,7 @@ double nearness(const Campaign& setting, const Campaign& reference) {
     const int place = reference.scene.parameters.find(parameter.path);
     if (place < 0) continue;
     const auto step = [](const Campaign& campaign, const Parameter& own) {
-      // 0: the mechanics has the scene's grid.
-      return own.path == "mechanics.dx_mm" && own.value == 0 ? campaign.scene.parameters.value("grid.dx_mm")
-                                                             : own.value;
+      return own.path == "mechanics.dx_mm" ? solid_dx_mm(campaign.scene) : own.value;
     };
     const double own = step(setting, parameter), finer = step(reference, reference.scene.parameters[place]);
     if (own != finer || parameter.path == "grid.dx_mm") most = std::max(most, finer / own);

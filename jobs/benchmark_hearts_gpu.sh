@@ -20,7 +20,7 @@ run() {  # name, file, then options
   echo "$name: $(grep ' on 1 rank in ' "$work/$name.log")"
   grep -E 'triad|^solid_' "$work/$name.log"
 }
-one_beat=(--set time.beats.at_most=1)
+one_beat=(--set time.beats.at_most=1 --set mechanics.dx_mm=0)
 run 2mm_compiles configs/heart.yaml --set "grid.dx_mm=$((2 * coarser))" "${one_beat[@]}"
 run 2mm configs/heart.yaml --set "grid.dx_mm=$((2 * coarser))" "${one_beat[@]}"
 run 1mm configs/heart.yaml --set "grid.dx_mm=$coarser" "${one_beat[@]}"

@@ -33,7 +33,7 @@ SCENES = [
     ("bidomain", [f"grid.dx_mm={0.25 if fine else 0.5}", "time.end_ms=10"] + alone),
     ("circulation", ["campaign.members=256", "campaign.members_per_device=64"]),
     ("demo", [f"grid.dx_mm={2 if fine else 6}"] + one_beat + (many if fine else alone)),
-    ("heart", [f"grid.dx_mm={2 if fine else 6}"] + alone),
+    ("heart", [f"grid.dx_mm={1 if fine else 6}"] + alone),
     ("arostica", [f"grid.dx_mm={3 if fine else 8}", "time.end_ms=200"] + alone),
     ("land_inflation", [f"grid.dx_mm={1 if fine else 2}"] + alone),
     ("electromechanics", [f"grid.dx_mm={0.5 if fine else 1}", "time.end_ms=100"] + alone),

@@ -197,7 +197,12 @@ void declare_mechanics(Scene& scene) {
              "measured: 0 is stable too"});
   table.add({root + "step_factor", "1", 1, 0.25, 4, "times the largest step that the speed of waves allows",
              "the bound: solver/README.md"});
-  Parameter dx{root + "dx_mm", "mm", 0, 0, 20, "edge of a cell of the mechanics' grid; 0: that of the scene",
+  Parameter dx{root + "dx_mm",
+               "mm",
+               0,
+               0,
+               20,
+               "edge of a cell of the mechanics' grid, the scene's where that is larger; 0: the scene's",
                "the scene"};
   dx.structural = true;
   table.add(dx);
@@ -286,8 +291,7 @@ MechanicsText mechanics_text(const Scene& scene) {
 }
 
 double solid_dx_mm(const Scene& scene) {
-  const double own = scene.parameters.value(root + "dx_mm");
-  return own > 0 ? own : scene.parameters.value("grid.dx_mm");
+  return std::max(scene.parameters.value(root + "dx_mm"), scene.parameters.value("grid.dx_mm"));
 }
 
 bool viscous(const Scene& scene, std::span<const double> values) {

@@ -17,6 +17,7 @@
 #include "solver/lead_weights.hpp"
 #include "solver/mechanics.hpp"
 #include "solver/monodomain.hpp"
+#include "solver/plan_activation.hpp"
 #include "solver/plan_mechanics.hpp"
 #include "solver/plan_memory.hpp"
 #include "solver/plan_warnings.hpp"
@@ -32,167 +33,6 @@
 namespace cohort {
 
 namespace {
-
-// Whether the stimuli start one front, or one that comes again and again.
-bool one_front(const Scene& scene, std::span<const double> values) {
-  constexpr double beat_ms = 100;  // what starts later is another beat
-  const std::vector<double> block = stimulus_block(scene, values);
-  for (size_t k = 0; k < block.size(); k += stimulus_numbers) {
-    const bool same_train = block[k + 2] == block[2] && (block[2] <= 0 || block[k + 3] == block[3]);
-    const bool s2 = block[k + 12] > 0;
-    if (!same_train || s2 || std::abs(block[k] - block[0]) > beat_ms) return false;
-  }
-  return true;
-}
-
-// Members that eikonal cannot activate: their number, and why the first of them.
-std::pair<std::size_t, std::string> without_velocity(const Scene& scene, std::span<const Member> members) {
-  const RegionParameters regions = region_parameters(scene);
-  std::pair<std::size_t, std::string> result;
-  for (const Member& member : members) {
-    std::string why = EikonalActivation::without_velocity(scene, regions, member.values);
-    if (!why.empty() && result.first++ == 0) result.second = std::move(why);
-  }
-  return result;
-}
-
-// Why the scene has no ECG without a time loop; empty where it can. A velocity that is sampled need not stand
-// in the scene.
-std::string projection_refusal(const Scene& scene, const Member& base, std::span<const Member> members) {
-  if (scene.ecg && scene.ecg->method == EcgRequest::Method::forward)
-    return "activation: eikonal keeps no potentials, which outputs.ecg.method: forward needs";
-  if (scene.stretch_activated)
-    return "activation: eikonal has no potential on which electrophysiology.stretch_activated could act; "
-           "reaction_eikonal, monodomain and bidomain have";
-  std::string why = EikonalActivation::refusal(scene);
-  if (why.empty()) why = TemplateEcg::refusal(scene);
-  if (!why.empty()) return why;
-  const std::span<const Member> all = members.empty() ? std::span(&base, 1) : members;
-  const auto [number, reason] = without_velocity(scene, all);
-  const bool asked_for = scene.activation_method == ActivationMethod::eikonal;
-  return number == 0 || (asked_for && number < all.size()) ? std::string() : reason;
-}
-
-// Fronts of the scene's own values, and what activates the tissue where the scene leaves it open.
-void choose_activation(Device& device, const Scene& scene, const Member& base,
-                       std::span<const Member> members, double dx_mm, Plan& plan) {
-  plan.activation = scene.activation_method;
-  plan.activation_reason = "electrophysiology.activation";
-  const auto sets = [&](const char* numbers) {
-    const auto defaults = region_defaults(scene, numbers);
-    const auto differs = [&](const Member& member) {
-      return std::any_of(defaults.begin(), defaults.end(), [&](const std::pair<int, double>& own) {
-        return member.values[static_cast<size_t>(own.first)] != own.second;
-      });
-    };
-    return differs(base) || std::any_of(members.begin(), members.end(), differs);
-  };
-  // A conduction system acts through arrival times; where nothing but the ECG and activation times is asked
-  // for, templates give them at a small part of the cost.
-  if (scene.conduction_system && scene.activation_method == ActivationMethod::automatic) {
-    const std::string why = projection_refusal(scene, base, members);
-    plan.activation = why.empty() ? ActivationMethod::eikonal : ActivationMethod::reaction_eikonal;
-    plan.activation_reason =
-        why.empty() ? "the conduction system activates, and its outputs need no time loop" : why;
-  }
-  if (plan.activation == ActivationMethod::eikonal) {
-    if (sets("conductivity_"))
-      spdlog::warn(
-          "conductivity_longitudinal_mS_per_mm and conductivity_transverse_mS_per_mm have no effect: eikonal "
-          "takes velocities; electrophysiology.activation: reaction_eikonal takes both");
-    // A velocity that is 0 in the scene is sampled: the first member that has one stands for all.
-    const RegionParameters regions = region_parameters(scene);
-    const auto has = [&](const Member& member) {
-      return EikonalActivation::without_velocity(scene, regions, member.values).empty();
-    };
-    const auto sampled = has(base) ? members.end() : std::find_if(members.begin(), members.end(), has);
-    const Member& shown = sampled == members.end() ? base : *sampled;
-    const std::string whose = &shown == &base ? "" : " of member " + std::to_string(shown.id);
-    if (const std::size_t number = without_velocity(scene, members).first; number > 0)
-      spdlog::warn("{} of {} members have no conduction velocity in some region and will be rejected", number,
-                   members.size());
-    for (size_t r = 0; r < scene.regions.size(); ++r) {
-      if (regions.slot[r] < 0) continue;
-      const auto first =
-          shown.values.begin() + regions.first + regions.slot[r] * regions.stride + regions.velocity_offset;
-      plan.conduction.push_back({scene.regions[r].name + whose, first[0], first[1], 0, 0});
-    }
-    return;
-  }
-  Conduction conduction(device, scene.precision);
-  double fewest = 1e9;  // cells that a front is wide
-  std::string narrowest;
-  bool conducts = true;
-  const std::vector<RegionFront> fronts = region_fronts(conduction, scene, {&base, 1});
-  for (const RegionFront& front : fronts) {
-    const std::string& name = scene.regions[static_cast<size_t>(front.region)].name;
-    if (!(front.front.speed > 0)) conducts = false;
-    const double cells = std::min(front.width_along_mm, front.width_across_mm) / dx_mm;
-    if (cells < fewest) {
-      fewest = cells;
-      narrowest = name;
-    }
-  }
-  // Velocities of the equation that is solved: those that are set are for arrival times alone.
-  const auto take_fronts = [&] {
-    const bool arrivals = plan.activation == ActivationMethod::reaction_eikonal;
-    for (const RegionFront& front : fronts)
-      plan.conduction.push_back(
-          {scene.regions[static_cast<size_t>(front.region)].name,
-           arrivals && front.given_along > 0 ? front.given_along : front.along_mm_per_ms,
-           arrivals && front.given_across > 0 ? front.given_across : front.across_mm_per_ms,
-           front.width_along_mm, front.width_across_mm});
-  };
-  if (plan.activation == ActivationMethod::reaction_eikonal &&
-      projection_refusal(scene, base, members).empty())
-    plan.activation_reason += "; eikonal would give these outputs without a time loop";
-  // Measured on cables (tests/verification/reaction_eikonal.cpp): of a front that is one and a half cells
-  // wide the speed is up to a tenth too low, of half a cell a quarter to two fifths.
-  constexpr double least_cells = 1.5;
-  const auto text = [](double x) {
-    std::ostringstream stream;
-    stream << std::setprecision(2) << x;
-    return stream.str();
-  };
-  const auto warn_of_resolution = [&] {
-    const bool follows_arrivals = plan.activation == ActivationMethod::reaction_eikonal;
-    if (!follows_arrivals && conducts && !scene.stimuli.empty() && fewest < least_cells)
-      spdlog::warn(
-          "{} on a grid too coarse for it: the front is {} cells of {} mm wide in region \"{}\" and should "
-          "be {}; "
-          "it will travel too slowly or not at all",
-          method_name(plan.activation), text(fewest), text(dx_mm), narrowest, text(least_cells));
-  };
-  if (plan.activation != ActivationMethod::automatic) {
-    warn_of_resolution();
-    return take_fronts();
-  }
-  plan.activation = ActivationMethod::monodomain;
-  const bool velocity_set = sets("velocity_");
-  if (scene.stimuli.empty()) {
-    plan.activation_reason = "nothing stimulates the tissue: no front to follow";
-  } else if (!one_front(scene, base.values)) {
-    plan.activation_reason = "the stimuli pace more than one front";
-  } else if (!conducts) {
-    plan.activation_reason = "a cable of these cells conducts no plane front";
-  } else if (velocity_set) {
-    plan.activation = ActivationMethod::reaction_eikonal;
-    plan.activation_reason = "velocity_longitudinal_mm_per_ms or velocity_transverse_mm_per_ms is set";
-  } else if (fewest >= least_cells) {
-    plan.activation_reason = "the grid resolves the front: " + text(fewest) + " cells of " + text(dx_mm) +
-                             " mm at least, in region \"" + narrowest + "\"";
-  } else {
-    plan.activation = ActivationMethod::reaction_eikonal;
-    plan.activation_reason = "the grid is too coarse for the front, which is " + text(fewest) + " cells of " +
-                             text(dx_mm) + " mm wide in region \"" + narrowest + "\"";
-  }
-  take_fronts();
-  warn_of_resolution();
-  if (plan.activation == ActivationMethod::monodomain && velocity_set)
-    spdlog::warn(
-        "velocity_longitudinal_mm_per_ms and velocity_transverse_mm_per_ms have no effect: the monodomain "
-        "equation conducts by its conductivities; electrophysiology.activation: reaction_eikonal takes them");
-}
 
 /// An S2 that every member has and none can get.
 void check_second_stimuli(const Scene& scene, std::span<const Member> members, const Member& base) {
@@ -224,21 +64,6 @@ void check_members(const Scene& scene, std::span<const Member> members, const Me
   if (defective == all.size()) throw std::invalid_argument(why);
   if (defective > 0)
     spdlog::warn("{}, in {} of {} members: they will be rejected", why, defective, all.size());
-}
-
-// Places of the largest member's tissue, and no fewer than `least`.
-std::int64_t largest_tissue(Launcher& launcher, const Scene& scene, const Grid& grid,
-                            std::span<const Member> members, std::int64_t least) {
-  std::int64_t most = least;
-  for (const Member& large : largest_members(scene, members)) {
-    const std::vector<std::byte> packed = pack(large.values, scene.precision);
-    const cl::Buffer parameters = launcher.device().allocate(packed.size(), "parameters");
-    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
-    Tissue tissue(launcher, scene, grid, 1);
-    tissue.build(parameters, 1);
-    most = std::max(most, static_cast<std::int64_t>(tissue.stride));
-  }
-  return most;
 }
 
 void check_circulation(const Scene& scene, std::span<const Member> members, const Member& base) {
@@ -312,24 +137,26 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
       throw std::invalid_argument("region \"" + scene.regions[r].name + "\" holds no cell at grid.dx_mm " +
                                   std::to_string(grid.dx_mm));
 
-  // A GPU is full with about two million cells, or twice as many where tissue deforms and small launches
-  // are many; a CPU works through one heart at a time.
-  const std::size_t cells_that_fill_a_gpu = scene.mechanics ? 4'000'000 : 2'000'000;
+  // A GPU is full with about two million cells, or twice as many, of the mechanics' grid, where tissue
+  // deforms and small launches are many; a CPU works through one heart at a time.
+  const double cells_that_fill_a_gpu = scene.mechanics ? 4e6 : 2e6;
   constexpr int most_members = 64;
   // Each member's elliptic solve fills a device by itself.
   plan.members_per_device = options.members_per_device;
   if (plan.members_per_device <= 0 && (bidomain || forward)) plan.members_per_device = 1;
   if (plan.members_per_device <= 0) {
-    const auto fitting = cells_that_fill_a_gpu / std::max<std::size_t>(plan.segments * Tissue::lanes, 1);
-    plan.members_per_device = device.info().gpu ? std::clamp(static_cast<int>(fitting), 1, most_members) : 1;
+    double cells = static_cast<double>(std::max<std::size_t>(plan.segments * Tissue::lanes, 1));
+    if (scene.mechanics) cells *= std::pow(grid.dx_mm / solid_dx_mm(scene), 3);
+    const double fitting = std::min(cells_that_fill_a_gpu / cells, double{most_members});
+    plan.members_per_device = device.info().gpu ? std::max(static_cast<int>(fitting), 1) : 1;
   }
   if (!members.empty())
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
   const int batch = plan.members_per_device;
 
-  const std::int64_t largest_stride = largest_tissue(launcher, scene, grid, members, tissue.stride) * batch;
-  const std::int64_t room = largest_stride + largest_stride / 16;  // fields keep some for the next batches
-  std::int64_t conductor_room = 0;                                 // of tissue and bath
+  const std::int64_t places = places_of_batch(launcher, scene, grid, members, batch, tissue.stride);
+  const std::int64_t room = places + places / 16;  // fields keep some for the next batches
+  std::int64_t conductor_room = 0;                 // of tissue and bath
   std::optional<Tissue> conductor;
   if (bidomain) {
     conductor.emplace(launcher, scene, grid, 1, Tissue::Holds::conductors);
@@ -419,6 +246,13 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const SolidPlan solid = add_mechanics(launcher, scene, members, base, batch, plan);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
+  if (plan.bytes > limit && batch > 1 && options.members_per_device <= 0) {  // as many as there is room for
+    PlanOptions fewer = options;
+    fewer.members_per_device = std::clamp(
+        static_cast<int>(0.9 * batch * static_cast<double>(limit) / static_cast<double>(plan.bytes)), 1,
+        batch - 1);
+    return make_plan(device, scene, members, fewer);
+  }
   refuse_beyond(plan.bytes, limit, whole_batch);
 
   if (eikonal) {

@@ -3,7 +3,31 @@
 #include <algorithm>
 #include <functional>
 
+#include "solver/precision.hpp"
+
 namespace cohort {
+
+namespace {
+
+/// Places of the members' tissue, built one after the other: the most of one, and all.
+struct Places {
+  std::int64_t largest = 0, all = 0;
+};
+Places places_of(Launcher& launcher, const Scene& scene, const Grid& grid, std::span<const Member> members) {
+  Places result;
+  Tissue tissue(launcher, scene, grid, 1);
+  for (const Member& member : members) {
+    const std::vector<std::byte> packed = pack(member.values, scene.precision);
+    const cl::Buffer parameters = launcher.device().allocate(packed.size(), "parameters");
+    launcher.queue().enqueueWriteBuffer(parameters, CL_TRUE, 0, packed.size(), packed.data());
+    tissue.build(parameters, 1);
+    result.largest = std::max(result.largest, static_cast<std::int64_t>(tissue.stride));
+    result.all += tissue.stride;
+  }
+  return result;
+}
+
+}  // namespace
 
 std::vector<Member> largest_members(const Scene& scene, std::span<const Member> members) {
   constexpr std::size_t most = 4;  // each is built once
@@ -45,6 +69,16 @@ std::vector<Member> largest_members(const Scene& scene, std::span<const Member> 
   for (const Length& length : lengths)
     add_largest([&](const Member& member) { return member.values[length.place]; });
   return result;
+}
+
+std::int64_t places_of_batch(Launcher& launcher, const Scene& scene, const Grid& grid,
+                             std::span<const Member> members, int batch, std::int64_t least) {
+  constexpr int alike = 8;
+  const std::vector<Member> large = largest_members(scene, members);
+  if (large.empty()) return least * batch;
+  if (batch >= alike)
+    return places_of(launcher, scene, grid, members.first(static_cast<std::size_t>(batch))).all;
+  return std::max(least, places_of(launcher, scene, grid, large).largest) * batch;
 }
 
 }  // namespace cohort

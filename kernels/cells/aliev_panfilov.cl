@@ -40,24 +40,32 @@ void cell_derive(const real *p, real dt, real *d) {
 
 real cell_fastest_rate(const real *p) { return p[P_k] / p[P_time_unit_ms]; }
 
-// One step: v first, by its exact exponential at u (Rush & Larsen 1978), which puts it half a step behind and half a step ahead of u, as
-// a leap-frog does; then u by an exponential with the slope of its right-hand side. Second order in dt. stimulus in mV/ms.
-// Below u = 0, where the paper's rate of recovery has a pole, it keeps its value at 0.
-void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
-  const realv u = (*V - d[D_resting]) * d[D_inverse_amplitude], one = 1;
-  const realv slower = d[D_mu_1] / (fmax(u, (realv)(0)) + d[D_mu_2]), to = d[D_k] * u * (1 + d[D_a] - u);
-  // The rate of recovery depends on v: first at v half a step behind, then at what that makes of v beside u.
-  realv v = state[S_v];
+// v after half a step at u, by its exponential (Rush & Larsen 1978). The rate of recovery depends on v: first at v, then at the middle
+// of that way. Below u = 0, where the paper's rate of recovery has a pole, it keeps its value at 0.
+static inline realv recovered(realv v, realv u, const realv *d) {
+  const realv slower = d[D_mu_1] / (fmax(u, (realv)(0)) + d[D_mu_2]), to = d[D_k] * u * (1 + d[D_a] - u), one = 1;
+  realv end = v;
 #pragma unroll
   for (int pass = 0; pass < 2; ++pass) {
-    const realv epsilon = fma(slower, fmax(pass == 0 ? v : R(0.5) * (v + state[S_v]), (realv)(0)), (realv)(d[D_epsilon_0]));
-    const realv z = fmin(d[D_step] * epsilon, (realv)(R(3.4641016)));
+    const realv epsilon = fma(slower, fmax(R(0.5) * (v + end), (realv)(0)), (realv)(d[D_epsilon_0]));
+    const realv z = fmin(R(0.5) * d[D_step] * epsilon, (realv)(R(3.4641016)));
     const realv share = z / fma(z, fma(z, (realv)(R(1.0) / 12), (realv)(R(0.5))), one);  // 1 - exp(-z) to z^5 / 720
-    v = fma(share, to - state[S_v], state[S_v]);
+    end = fma(share, to - v, v);
   }
+  return end;
+}
+
+// One step: half of v's, u's by an exponential with the slope of its right-hand side, the other half of v's. Second order in dt,
+// also between steps of diffusion: with v by a leap-frog it would be driven by a u that is half a step of diffusion off.
+// stimulus in mV/ms.
+void cell_step(realv *V, realv *state, const realv *d, real dt, realv stimulus) {
+  const realv u = (*V - d[D_resting]) * d[D_inverse_amplitude];
+  const realv v = recovered(state[S_v], u, d);
   const realv rate = u * fma(d[D_k] * (u - d[D_a]), 1 - u, -v) + stimulus * d[D_drive];
   const realv slope = d[D_k] * (u * (2 + 2 * d[D_a] - 3 * u) - d[D_a]) - v;
   const realv x = d[D_step] * slope;
-  *V = fma(d[D_amplitude] * d[D_step] / fma(x, fma(x, (realv)(R(1.0) / 12), (realv)(R(-0.5))), one), rate, *V);
-  state[S_v] = WHERE(isless(fabs(v), (realv)(R(1e-20))), (realv)(0), v);  // no denormal numbers, which CPUs are slow with
+  const realv du = d[D_step] / fma(x, fma(x, (realv)(R(1.0) / 12), (realv)(R(-0.5))), (realv)(1)) * rate;
+  *V = fma(d[D_amplitude], du, *V);
+  const realv end = recovered(v, u + du, d);
+  state[S_v] = WHERE(isless(fabs(end), (realv)(R(1e-20))), (realv)(0), end);  // no denormal numbers, which CPUs are slow with
 }

@@ -6,6 +6,7 @@ Usage: work_precision.py COHORT SOURCE_DIR. Needs an OpenCL device. Prints one l
 
 import csv
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -65,6 +66,16 @@ def study(folder):
     expect("a row of the CSV for each setting and measure", len(rows) == 21)
     expect("orders and rounding are told", "observed order" in result.stdout and "rounding of single" in result.stdout, result.stdout)
     expect("a picture", (folder / "study.png").read_bytes().startswith(b"\x89PNG"))
+    for suffix in ("h5", "csv"):
+        shutil.copyfile(folder / f"study.{suffix}", folder / f"study_loop.{suffix}")
+    (folder / "study_loop.txt").write_text(result.stdout)
+    (folder / "page").mkdir()
+    page = subprocess.run([sys.executable, "-m", "analysis.studies", folder, folder / "page"], cwd=SOURCE, capture_output=True, text=True)
+    text = (folder / "page" / "studies.md").read_text() if page.returncode == 0 else ""
+    told = [line.split("from the front")[0].split()[-1] for line in result.stdout.splitlines() if line.endswith("from the front")]
+    listed = [line.split("|")[6].strip() for line in text.splitlines() if line.startswith("| -")]
+    expect("a page of studies, with the same distances from the front", len(told) == 3 and listed == told and "observed order" in text,
+           f"{page.stderr} {told} {listed}")
     return dict(zip(labels, rms[1]))
 
 

@@ -4,8 +4,10 @@
 
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "ensemble/plan_campaign.hpp"
+#include "solver/mechanics.hpp"
 #include "solver/trial.hpp"
 #include "tests/campaign_run.hpp"
 
@@ -48,6 +50,15 @@ TEST(Plan, SecondsAreThoseOfTheLaw) {
   const double neo_hookean = step_s("neo_hookean"), ogden = step_s("ogden");
   std::printf("a step: neo-Hookean %.2f ms, Ogden %.2f ms\n", 1e3 * neo_hookean, 1e3 * ogden);
   EXPECT_GT(ogden, 1.5 * neo_hookean);
+}
+
+TEST(Plan, MechanicsHasNoFinerGridThanTheScene) {
+  for (const auto& [wave, tissue, expected] :
+       {std::tuple{2., 4., 4.}, std::tuple{4., 2., 4.}, std::tuple{3., 0., 3.}}) {
+    const Campaign campaign = campaign_of(
+        "heart.yaml", {"grid.dx_mm=" + std::to_string(wave), "mechanics.dx_mm=" + std::to_string(tissue)});
+    EXPECT_EQ(solid_dx_mm(campaign.scene), expected);
+  }
 }
 
 // Of a circulation alone a trial is the whole run: its beats are those that members take.

@@ -114,5 +114,31 @@ TEST(PlanMemory, OfSampledHearts) {
   EXPECT_GE(taken.peak, 0.95);
 }
 
+// Counted by their largest they would be a tenth too many.
+TEST(PlanMemory, OfLargeBatches) {
+  const Taken taken = taken_of_stated("eikonal.yaml",
+                                      {"grid.dx_mm=5", "torso.dx_mm=20", "time.end_ms=50",
+                                       "campaign.members=32", "campaign.check_fraction=0"},
+                                      ActivationMethod::eikonal, 16);
+  EXPECT_LE(taken.peak, 1);
+  EXPECT_GE(taken.peak, 0.95);
+}
+
+TEST(PlanMemory, FewerMembersWhereItIsShort) {
+  if (!device().info().gpu) GTEST_SKIP() << "one heart after another on a CPU";
+  const Campaign campaign = campaign_of("eikonal.yaml", {"grid.dx_mm=2", "campaign.members=64"});
+  const std::vector<Member> all = members(campaign);
+  const Plan whole = make_plan(device(), campaign.scene, all, {});
+  ASSERT_GT(whole.members_per_device, 4);
+  PlanOptions options;
+  options.memory_limit_bytes = whole.bytes / 3;
+  const Plan fewer = make_plan(device(), campaign.scene, all, options);
+  EXPECT_LT(fewer.members_per_device, whole.members_per_device / 2);
+  EXPECT_GE(fewer.members_per_device, whole.members_per_device / 5);
+  EXPECT_LE(fewer.bytes, options.memory_limit_bytes);
+  options.members_per_device = whole.members_per_device;  // asked for
+  EXPECT_THROW(make_plan(device(), campaign.scene, all, options), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace cohort::test

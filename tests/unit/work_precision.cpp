@@ -48,7 +48,7 @@ TEST(Order, PairsSettingsThatDifferInOneStep) {
                      setting({{"grid.dx_mm", "2"}, {"precision", "single"}}),
                      setting({{"grid.dx_mm", "1"}, {"precision", "single"}}),
                      setting({{"grid.dx_mm", "1"}, {"precision", "double"}})};
-  MeasureErrors errors{"x", "1", {{16}, {4}, {1}, {1}}};
+  MeasureErrors errors{"x", "1", {{16}, {4}, {1}, {1}}, {}};
   const std::vector<ObservedOrder> orders = observed_orders(design, {errors});
   ASSERT_EQ(orders.size(), 2u);
   for (const ObservedOrder& order : orders) EXPECT_NEAR(order.order, 2, 1e-6);
@@ -69,7 +69,7 @@ TEST(Rounding, IsTheWayBetweenTwinsOverTheError) {
     runs[i].recordings[0].outcome = Outcome::done;
     runs[i].recordings[0].features = {i == 0 ? 1.5f : 1.25f};
   }
-  const auto shares = rounding_shares(design, runs, {MeasureErrors{"x", "1", {{0.5}, {0.25}}}});
+  const auto shares = rounding_shares(design, runs, {MeasureErrors{"x", "1", {{0.5}, {0.25}}, {}}});
   ASSERT_EQ(shares.size(), 1u);
   EXPECT_DOUBLE_EQ(shares[0].apart, 0.25);
   EXPECT_DOUBLE_EQ(shares[0].share, 0.5);

@@ -81,7 +81,7 @@ TEST(HeartBeat, LeavesNothingToTheNextBatch) {
 
 TEST(HeartBeat, HalvingTheSpacingChangesLittle) {
   if (!device().info().gpu) GTEST_SKIP() << "minutes on a CPU";
-  const Beat coarse = beat({at(2)})[0], fine = beat({at(1)})[0];
+  const Beat coarse = beat({at(2)})[0], fine = beat({at(1), "mechanics.dx_mm=0"})[0];
   for (const char* name :
        {"lv_edv_mL", "lv_esv_mL", "lv_peak_mmHg", "rv_edv_mL", "rv_esv_mL", "rv_peak_mmHg"}) {
     std::printf("%-16s 2 mm %8.2f  1 mm %8.2f\n", name, coarse.feature.at(name), fine.feature.at(name));
