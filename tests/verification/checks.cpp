@@ -61,10 +61,8 @@ TEST(Checks, EnergyThatComesFromNowhere) {
 }
 
 TEST(Checks, WeightsThatDoNotSumUpToNothing) {
-  const FaultyKernels faulty(
-      "lead_weights.cl", "STORE(diffusion(potentials + row, stencil, stride, rows, i), weights + row + i);",
-      "STORE(diffusion(potentials + row, stencil, stride, rows, i) + fabs(diffusion(potentials + row, "
-      "stencil, stride, rows, i)), weights + row + i);");
+  const FaultyKernels faulty("lead_weights.cl", "STORE(LOAD(lead) + w[e], lead);",
+                             "STORE(LOAD(lead) + fabs(w[e]), lead);");
   const Recording recording = run("ecg.yaml", {at(5), "time.end_ms=10"});
   EXPECT_EQ(recording.outcome, Outcome::rejected);
   EXPECT_EQ(recording.reason.find("the lead fields are not in balance: "), 0u) << recording.reason;
