@@ -314,7 +314,7 @@ class Store:
 
     @property
     def error_estimate(self):
-        """(N, F) f4, signed errors of the features from spacing and step: a feature less its error is what a fine grid would tell.
+        """(N, F) f4, errors of the features from spacing, step and the last beat: their size, with the sign as measured.
         Measured for members that were checked (`error_measured`), modelled over the parameters for the others; `errors` tells
         how well. NaN until all members and checks have ended, for members that are not done, and where too few were checked."""
         # A store of before checks has a number of each member there, which was never written.

@@ -46,8 +46,12 @@ void choose_among(const std::vector<double>& points, std::size_t width, std::int
 std::int64_t check_count(const Campaign& campaign) {
   // A product like 0.07 * 50 is a half but for its rounding.
   constexpr double rounding = 1e-9;
-  const double count = campaign.check_fraction * static_cast<double>(campaign.members);
-  return std::min(campaign.members, static_cast<std::int64_t>(std::floor(count + 0.5 + rounding)));
+  // Two have no spread, and one tells nothing of the others.
+  constexpr std::int64_t least = 3;
+  const double share = campaign.check_fraction * static_cast<double>(campaign.members);
+  const auto count =
+      std::min(campaign.members, static_cast<std::int64_t>(std::floor(share + 0.5 + rounding)));
+  return share > 0 && campaign.members >= least ? std::max(count, least) : count;
 }
 
 std::vector<double> unit_points(const Samples& samples, std::int64_t members) {

@@ -8,7 +8,7 @@
 namespace cohort {
 
 /// How many members of a campaign are run again at half the spacing and the step: check_fraction of them, a
-/// half rounded up.
+/// half rounded up; at least three where there are three members, none with fraction 0.
 std::int64_t check_count(const Campaign& campaign);
 
 /// (N, P) the members' places in the unit cube. What a CSV file gives is scaled by its range in the file; 0

@@ -54,12 +54,12 @@ std::string module_table(const Plan& plan, const Trial& trial) {
 
 /// What the checks take, from a plan of theirs; empty without any.
 std::string check_line(Device& device, const Campaign& campaign, const Samples& samples,
-                       std::span<const Member> all, double members_s) {
+                       std::span<const Member> all, ActivationMethod activation, double members_s) {
   const auto checked = choose_checks(samples, campaign.members, check_count(campaign));
   if (checked.empty() || layout(campaign.scene).features.empty()) return {};
   const std::string count = fmt::format("{} member{} again at half the spacing and the step", checked.size(),
                                         checked.size() == 1 ? "" : "s");
-  const FineCampaign fine = fine_campaign(campaign.scene, all);
+  const FineCampaign fine = fine_campaign(campaign.scene, all, activation);
   PlanOptions options = plan_options(campaign);
   options.members_per_device = 0;
   try {
@@ -175,7 +175,7 @@ ExitCode command_plan(const CampaignOptions& options) {
     } catch (const std::runtime_error& error) {
       spdlog::warn("the first steps could not be run: {}", error.what());
     }
-    checks = check_line(device, campaign, samples, all,
+    checks = check_line(device, campaign, samples, all, plan.activation,
                         trial.seconds_per_member * static_cast<double>(campaign.members));
   });
   fmt::print("{}\n{}\n", module_table(plan, trial),

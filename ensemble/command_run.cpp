@@ -126,6 +126,7 @@ struct RunningCampaign {
   const std::vector<Member>& members;
   Device& device;
   std::optional<Simulation>& simulation;
+  ActivationMethod activation;  ///< as planned
   Store& store;
   Claims& claims;
 };
@@ -206,7 +207,7 @@ void run_checks(const RunningCampaign& running, WorkerOptions options) {
       have_ended(running.store) && has_open_checks(running.store, checks, running.schema, options.retries);
   if (ranks.all(!open)) return;
   running.simulation.reset();
-  const FineCampaign fine = fine_campaign(running.campaign.scene, running.members);
+  const FineCampaign fine = fine_campaign(running.campaign.scene, running.members, running.activation);
   FineSimulation simulation(running, fine);
   const bool possible_elsewhere = !ranks.all(!simulation.is_possible());
   if (!have_ended(running.store) || (possible_elsewhere && !simulation.is_possible())) return;
@@ -306,7 +307,8 @@ ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::s
 
   catch_interrupts();
   return guarded(ExitCode::interrupted, [&] {
-    const RunningCampaign running{ranks, campaign, schema, all, *device, simulation, *store, *claims};
+    const RunningCampaign running{ranks,      campaign,        schema, all,    *device,
+                                  simulation, plan.activation, *store, *claims};
     return run_members(running, worker);
   });
 }

@@ -60,6 +60,11 @@ struct Errors {
   std::vector<ErrorModel> models;  ///< (F)
 };
 
+/// Tell when beats ended, by another rule in a check (half_steps): their difference is no error.
+bool is_of_the_rule(const std::string& feature) {
+  return feature == "beats" || feature == "beat_difference";
+}
+
 /// (checks, F)
 std::vector<double> measure(const Store& store, const Store& checks, std::span<const std::int64_t> members,
                             double order) {
@@ -71,8 +76,9 @@ std::vector<double> measure(const Store& store, const Store& checks, std::span<c
     const auto coarse = values<float>(store, Column::features, member, 1);
     const auto fine = values<float>(checks, Column::features, check, 1);
     for (std::size_t i = 0; i < coarse.size(); ++i) {
-      const double error =
-          both ? error_of(static_cast<double>(coarse[i]), static_cast<double>(fine[i]), order) : NaN;
+      const double error = both && !is_of_the_rule(store.features()[i])
+                               ? error_of(static_cast<double>(coarse[i]), static_cast<double>(fine[i]), order)
+                               : NaN;
       errors.push_back(std::isfinite(error) ? error : NaN);
     }
   }

@@ -121,7 +121,7 @@ ErrorModel::ErrorModel(std::span<const double> points, std::size_t parameters, s
     left_out.push_back(centred.back() * static_cast<double>(count) / static_cast<double>(count - 1));
   }
   left_out_rms_ = left_out_rms_constant_ = rms_of(left_out);
-  if (parameters == 0 || count < parameters + 2) return;
+  if (parameters == 0 || count < std::max<std::size_t>(10, 2 * parameters + 2)) return;
 
   centre_.assign(parameters, 0);
   for (std::size_t i = 0; i < points.size(); ++i)

@@ -9,8 +9,7 @@
 namespace cohort {
 
 /// The error of a feature f(h) from f(h/2): Richardson's estimate 2^p / (2^p - 1) (f(h) - f(h/2)), p being
-/// `order`; f(h) less its error is what a fine grid would tell. L. F. Richardson, Phil. Trans. R. Soc. A 210
-/// (1911) 307-357.
+/// `order`. L. F. Richardson, Phil. Trans. R. Soc. A 210 (1911) 307-357.
 double error_of(double coarse, double fine, double order);
 
 /// How the errors of a feature depend on the parameters. The numbers stand in /errors/model.
@@ -19,10 +18,10 @@ inline constexpr std::array<const char*, 3> error_model_names{"none", "constant"
 
 /// The error of one feature over the unit cube of the parameters, learned from the members that were checked:
 /// none below two of them; a constant, their mean; or a plane by ridge regression (A. E. Hoerl, R. W.
-/// Kennard, Technometrics 12 (1970) 55-67), which takes two checks more than there are parameters. Each check
-/// is told from all the others, and the plane is taken where it does that better than the constant by more
-/// than chance: its mean gain of squares is above 1.5 of its standard errors and above a fifth. The strength
-/// of the ridge is one of three, likewise.
+/// Kennard, Technometrics 12 (1970) 55-67), which takes ten checks and two more than twice the parameters.
+/// Each check is told from all the others, and the plane is taken where it does that better than the constant
+/// by more than chance: its mean gain of squares is above 1.5 of its standard errors and above a fifth. The
+/// strength of the ridge is one of three, likewise.
 class ErrorModel {
  public:
   /// `points` (n, P) row-major, `errors` (n), finite.

@@ -34,8 +34,9 @@ Recording rejected() {
 
 }  // namespace
 
-FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members) {
+FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members, ActivationMethod activation) {
   FineCampaign fine{half_steps(scene), {}};
+  fine.scene.activation_method = activation;
   for (const Member& member : members) fine.members.push_back(half_steps(scene, member));
   return fine;
 }

@@ -16,17 +16,18 @@ namespace cohort {
 /// The reason of a check whose member is not done, as its row has it.
 inline constexpr const char* nothing_to_compare = "its member is not done: there is nothing to compare";
 
-/// Seconds of a check for each of its member's, at most: half the spacing in three directions and half the
-/// step.
-inline constexpr double check_cost = 16;
+/// Seconds of a check for each of its member's, at most: half the spacing in three directions, half the step
+/// and twice the beats.
+inline constexpr double check_cost = 32;
 
 /// A campaign at half the spacing and the step. All its members are planned for, as those of the campaign
-/// are, so that the results of a check do not depend on which others there are.
+/// are, so that the results of a check do not depend on which others there are. `activation` is the
+/// campaign's plan's: chosen anew on the finer grid it could be another model.
 struct FineCampaign {
   Scene scene;
   std::vector<Member> members;
 };
-FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members);
+FineCampaign fine_campaign(const Scene& scene, std::span<const Member> members, ActivationMethod activation);
 
 /// The loop of a rank over the checks of a campaign whose members have ended: work() on the checks' own rows,
 /// where `run` simulates fine members. A check whose member is not done is rejected with

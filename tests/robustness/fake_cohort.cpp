@@ -42,7 +42,7 @@ int main(int argc, char** argv) try {
   Store checks(argv[1], Store::Access::write, checks_group);
   Claims of_checks(argv[1], store.members());
   options.members_per_device = 1;  // fine members are large
-  const FineCampaign fine = fine_campaign(campaign.scene, all);
+  const FineCampaign fine = fine_campaign(campaign.scene, all, campaign.scene.activation_method);
   if (work_on_checks(store, checks, of_checks, schema, fine,
                      fake::run(layout, per_batch, fake::simulate_fine), options) == WorkerEnd::interrupted)
     return 3;

@@ -30,7 +30,7 @@ class Checks : public ::testing::Test {
     campaign_.check_fraction = 0.2;
     schema_ = make_schema(campaign_, sample(campaign_), layout_, "test");
     all_ = members(campaign_, schema_.samples);
-    fine_ = fine_campaign(campaign_.scene, all_);
+    fine_ = fine_campaign(campaign_.scene, all_, campaign_.scene.activation_method);
     Claims claims(path_);
     create_store(path_, schema_, claims);
     store_ = std::make_unique<Store>(path_, Store::Access::write);

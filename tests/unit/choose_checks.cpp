@@ -46,18 +46,23 @@ double least_distance(const Samples& samples, const std::vector<std::int64_t>& m
   return least;
 }
 
-TEST(ChooseChecks, AHalfIsRoundedUp) {
+TEST(ChooseChecks, AHalfIsRoundedUpAndThreeAreTheLeast) {
   Campaign campaign;
   const auto count = [&](double fraction, std::int64_t members) {
     campaign.check_fraction = fraction;
     campaign.members = members;
     return check_count(campaign);
   };
-  EXPECT_EQ(count(0.02, 24), 0);
-  EXPECT_EQ(count(0.02, 25), 1);
+  EXPECT_EQ(count(0.02, 1), 0);
+  EXPECT_EQ(count(0.02, 2), 0);
+  EXPECT_EQ(count(0.02, 3), 3);
+  EXPECT_EQ(count(0.02, 24), 3);
+  EXPECT_EQ(count(0.02, 174), 3);
+  EXPECT_EQ(count(0.02, 175), 4);
   EXPECT_EQ(count(0.02, 10'000), 200);
   EXPECT_EQ(count(0.07, 50), 4);
   EXPECT_EQ(count(0, 10'000), 0);
+  EXPECT_EQ(count(1, 1), 1);
   EXPECT_EQ(count(1, 7), 7);
 }
 
@@ -137,6 +142,23 @@ double circulation_step_ms(const ParameterTable& table) {
 TEST(HalfSteps, OfACirculationIsItsStep) {
   const Campaign campaign = test::campaign_of("circulation.yaml", {"circulation.dt_ms=0.4"});
   EXPECT_DOUBLE_EQ(circulation_step_ms(half_steps(campaign.scene).parameters), 0.2);
+}
+
+TEST(HalfSteps, BeatsAgreeToAQuarterWithinTwiceAsManyUnlessTheirNumberIsGiven) {
+  const auto rule = [](double until, double at_most) {
+    const Campaign campaign =
+        test::campaign_of("circulation.yaml", {"time.beats.until_periodic=" + std::to_string(until),
+                                               "time.beats.at_most=" + std::to_string(at_most)});
+    const ParameterTable fine = half_steps(campaign.scene).parameters;
+    EXPECT_EQ(half_steps(campaign.scene, members(campaign).front())
+                  .values[static_cast<std::size_t>(fine.index("time.beats.until_periodic"))],
+              fine.value("time.beats.until_periodic"));
+    return std::pair(fine.value("time.beats.until_periodic"), fine.value("time.beats.at_most"));
+  };
+  EXPECT_EQ(rule(0.01, 10), std::pair(0.0025, 20.0));
+  EXPECT_EQ(rule(0.01, 6000), std::pair(0.0025, 6000.0));  // 10000 are the most
+  EXPECT_EQ(rule(0.01, 1), std::pair(0.01, 1.0));
+  EXPECT_EQ(rule(0, 7), std::pair(0.0, 7.0));
 }
 
 TEST(ChecksSchema, HoldsTheRowsOfTheMembersThatAreChecked) {
