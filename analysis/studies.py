@@ -1,7 +1,7 @@
 """Page of studies of error against run time: a picture for each, the default against the front, orders and rounding as printed.
 
     jobs/studies.sh build study-results niederer land ecg circulation cell splitting heart
-    /usr/bin/python3 -m analysis.studies study-results tests/results        # studies.md, study_*.csv, study_*.png
+    /usr/bin/python3 -m analysis.studies study-results RESULTS              # RESULTS/studies.md, study_*.csv, study_*.png
 """
 
 import argparse

@@ -111,7 +111,8 @@ class Store {
   RowImage prepare(std::int64_t member, const Samples& samples, const Recording& recording,
                    const Account& account) const;
   /// The bytes that put a member back to the queue, with its attempts so far and the step factor of the next.
-  RowImage prepare_requeue(std::int64_t member, const Account& account) const;
+  /// reason: why it is tried again, empty: what stands there stays.
+  RowImage prepare_requeue(std::int64_t member, const Account& account, const std::string& reason = "") const;
   /// Writes rows in the order of write_rows. Throws std::runtime_error naming the file and the error of the
   /// system.
   void commit(std::span<const RowImage> images);

@@ -159,8 +159,8 @@ const std::vector<StructureKey>& structure_keys() {
        "of the members, run again at half the spacing and the step: `/members/error_estimate`; 0: none"},
       {"campaign.timeout_s", "number, s", "3600", "of one member; a check has 16 times as long"},
       {"campaign.retries", "whole number", "0",
-       "further attempts of a member that failed or ran out of time, and as many with half the steps each of "
-       "one that ended unstable"},
+       "further attempts of a member that failed or ran out of time, and as many, three at most, with half the "
+       "steps each of one that ended unstable"},
       {"campaign.members_per_device", "whole number, at least 1", "by size", "members in one launch"},
       {"campaign.memory_limit_GB", "number, GB", "what the device has", "memory of the device to use"},
   };

@@ -178,11 +178,16 @@ class Worker {
     auto account = claimed.account;
     ++account.attempts;
     const Status status = status_of(recording.outcome);
+    const std::int64_t id = claimed.member->id;
     if (may_try_again(status, account, options_.retries)) {
-      if (status == Status::unstable) ++account.halvings;
-      return store_.prepare_requeue(claimed.member->id, account);
+      const bool first = status == Status::unstable && account.halvings++ == 0;
+      return store_.prepare_requeue(id, account, first ? recording.reason : "");
     }
-    return store_.prepare(claimed.member->id, samples_, recording, account);
+    const std::string before = claimed.account.halvings > 0 ? store_.reason(id) : "";
+    if (status == Status::done || before.empty()) return store_.prepare(id, samples_, recording, account);
+    Recording told = recording;
+    told.reason += fmt::format("; with the whole step it was: {}", before);
+    return store_.prepare(id, samples_, told, account);
   }
 
   /// Rows for a batch that took its process with it, or threw. Among several the culprit is not known: each
@@ -295,7 +300,7 @@ class Worker {
 }  // namespace
 
 bool may_try_again(Status status, const Account& account, int retries) {
-  if (status == Status::unstable) return account.halvings < retries;
+  if (status == Status::unstable) return account.halvings < std::min(retries, most_halvings);
   if (status != Status::failed && status != Status::timeout) return false;
   return account.attempts - account.halvings <= retries;
 }

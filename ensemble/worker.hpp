@@ -33,7 +33,8 @@ struct WorkerOptions {
 enum class WorkerEnd { finished, interrupted };
 
 /// Whether a member that has ended so is tried again: after unstable up to `retries` times with half the
-/// steps each, after failed and timeout as often as it is.
+/// steps each, but no more than most_halvings, after failed and timeout as often as it is.
+constexpr int most_halvings = 3;
 bool may_try_again(Status status, const Account& account, int retries);
 
 /// The loop of one rank: claims members that have not ended, runs them and commits their rows, until none is

@@ -18,10 +18,8 @@
 //
 // Cells cut by the surface hold a fraction of tissue. Vertices weigh as the smallest of the cells they have; faces as the
 // smaller of their two, so that no cut cell shortens the explicit step. That is right for potentials without flux through
-// the surface, whose gradient across the last half cell is nil. The ECG's source has no such condition: with
-// `whole_moment` a cell gives half its fraction to each of the two faces across an axis, and all of it to the one that
-// remains where the other leads out of the tissue. The faces then hold the whole volume, and a linear potential its whole
-// dipole moment (of a ball of 16 mm at 1 mm the smaller fractions lose 5 %).
+// the surface, whose gradient across the last half cell is nil. The ECG's source has no such condition and no need of
+// positivity: source_faces.cl.
 //
 // With MODE_LAYERED the means are those of layers in series and parallel: exact, and second order, where the
 // conductivity jumps across a plane of the grid (tissue and bath), whose normal flux is continuous. Without a jump they
@@ -29,11 +27,9 @@
 //
 // conductivity: (6, stride) xx yy zz xy xz yz of each cell, scaled so that the result is in 1/ms (diffusivity / dx^2).
 // stencil: (6, stride) couplings to the lower x, y, z neighbour; diagonal couplings of the lower xy, xz, yz plaquette.
-// Needs segments.clh.
+// Needs segments.clh and conductivity.cl.
 
-constant int plaquette_axes[3][2] = {{0, 1}, {0, 2}, {1, 2}};  // xy, xz, yz
-
-enum { MODE_POTENTIAL, MODE_WHOLE_MOMENT, MODE_LAYERED };
+enum { MODE_POTENTIAL, MODE_LAYERED };
 
 constant int cross_of[3][3] = {{-1, 3, 4}, {3, -1, 5}, {4, 5, -1}};  // where D_ab stands behind xx yy zz
 
@@ -79,14 +75,6 @@ void layer(real *a, const real *b, int n) {
       const int c = p == q ? p : cross_of[p][q];
       a[c] = p == n && q == n ? normal : p == n ? normal * ratio[q] : q == n ? normal * ratio[p] : tangential[c];
     }
-}
-
-// Compact place of the neighbour (dx, dy, dz) of grid cell `cell` (counted over members), exact also where the
-// neighbour lies in another segment; in the void segment where it is no tissue. Tissue at the grid's rim, whose member
-// is rejected, must not lead out of the array.
-inline int place_of(global const int *place, int cell, int dx, int dy, int dz, int grid_cells) {
-  const int neighbour = clamp(cell + dx + NX * (dy + NY * dz), 0, grid_cells - 1);
-  return LANES * place[neighbour / LANES] + neighbour % LANES;
 }
 
 // The vertex at corner (cx, cy, cz), each 0 (lower) or 1 (upper), of grid cell `cell`.
@@ -157,13 +145,7 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
     for (int a = 0; a < 3; ++a) {
       const int lower = place_of(place, cell, a == 0 ? -1 : 0, a == 1 ? -1 : 0, a == 2 ? -1 : 0, grid_cells);
       if (!(capacity[lower] > 0)) continue;
-      const int step_x = a == 0 ? 1 : 0, step_y = a == 1 ? 1 : 0, step_z = a == 2 ? 1 : 0;
-      real face = fmin(capacity[i], capacity[lower]);
-      if (mode == MODE_WHOLE_MOMENT) {
-        const bool ends_above = !(capacity[place_of(place, cell, step_x, step_y, step_z, grid_cells)] > 0);
-        const bool ends_below = !(capacity[place_of(place, cell, -2 * step_x, -2 * step_y, -2 * step_z, grid_cells)] > 0);
-        face = R(0.5) * (capacity[i] * (ends_above ? 2 : 1) + capacity[lower] * (ends_below ? 2 : 1));
-      }
+      const real face = fmin(capacity[i], capacity[lower]);
       const real here = conductivity[i + a * (size_t)stride], there = conductivity[lower + a * (size_t)stride];
       const real normal = mode == MODE_LAYERED ? (here > 0 && there > 0 ? 2 * here * there / (here + there) : 0)
                                                : R(0.5) * (here + there);
@@ -200,31 +182,4 @@ kernel void assemble_stencil(global const int *restrict first_cell, global const
     }
   }
   for (int c = 0; c < 6; ++c) stencil[i + c * (size_t)stride] = coupling[c];
-}
-
-// Conductivity tensor sigma_t I + (sigma_l - sigma_t) f f^T of each cell, times `scale`. Thesis, equation (sigma1).
-// With `membrane` it is divided by chi Cm, which makes it a diffusivity.
-// Region r has its sigma_l at parameter REGION_FIRST + REGION_STRIDE region_slot[r] + offset, its sigma_t behind it.
-// a bath is isotropic, at parameter bath_parameter[r].
-kernel void conductivity_tensor(global const real *restrict parameters, global const ushort *restrict member_of,
-                                global const uchar *restrict tissue_region_of, global const real *restrict fibre,
-                                global real *restrict conductivity, const int stride, const int offset,
-                                const real scale, const int membrane) {
-  const int i = get_global_id(0);
-  real tensor[6] = {0, 0, 0, 0, 0, 0};
-  const int region = tissue_region_of[i];
-  if (region != NO_REGION) {
-    const int bath = bath_parameter[region];
-    const int first = bath >= 0 ? bath : REGION_FIRST + REGION_STRIDE * region_slot[region] + offset;
-    global const real *P = parameters + (size_t)member_of[i / LANES] * PARAMETERS;
-    const real factor = membrane ? scale / (P[PARAM_electrophysiology_surface_to_volume_per_mm] *
-                                            P[PARAM_electrophysiology_capacitance_uF_per_mm2])
-                                 : scale;
-    const real along = factor * P[first], across = bath >= 0 ? along : factor * P[first + 1];
-    const real f[3] = {fibre[i], fibre[i + (size_t)stride], fibre[i + 2 * (size_t)stride]};
-    for (int a = 0; a < 3; ++a) tensor[a] = across + (along - across) * f[a] * f[a];
-    for (int o = 0; o < 3; ++o)
-      tensor[3 + o] = (along - across) * f[plaquette_axes[o][0]] * f[plaquette_axes[o][1]];
-  }
-  for (int c = 0; c < 6; ++c) conductivity[i + c * (size_t)stride] = tensor[c];
 }

@@ -11,11 +11,6 @@ Diffusion::Diffusion(Launcher& launcher, const Scene& scene, const Definitions& 
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {}
 
 void Diffusion::reserve(const Tissue& tissue) {
-  if (tensor_.program() == nullptr) {
-    const cl::Program program = definitions_.build(launcher_.device(), {"segments.clh", "stencil.cl"});
-    tensor_ = launcher_.handle(program, "conductivity_tensor");
-    assemble_ = launcher_.handle(program, "assemble_stencil");
-  }
   if (tissue.stride <= capacity_) return;
   capacity_ = tissue.stride + tissue.stride / 16;
   const auto cells = static_cast<std::size_t>(capacity_);
@@ -24,26 +19,56 @@ void Diffusion::reserve(const Tissue& tissue) {
       launcher_.device().allocate((cells / Tissue::block_cells + 1) * real_bytes(precision_), "block bound");
 }
 
-void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
-                         Use use, const cl::Buffer& stencil) {
+void Diffusion::compile() {
+  if (assemble_.program() != nullptr) return;
+  const cl::Program program =
+      definitions_.build(launcher_.device(), {"segments.clh", "conductivity.cl", "stencil.cl"});
+  tensor_ = launcher_.handle(program, "conductivity_tensor");
+  assemble_ = launcher_.handle(program, "assemble_stencil");
+}
+
+void Diffusion::conductivities(Launcher::Handle& kernel, const Tissue& tissue, const cl::Buffer& parameters,
+                               int offset, double scale, bool membrane) {
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
-  const double dx = tissue.grid().dx_mm;
-  launcher_(tensor_, cl::NDRange(n), cl::NDRange(Tissue::group),
+  launcher_(kernel, cl::NDRange(n), cl::NDRange(Tissue::group),
             9 * static_cast<double>(n * real_bytes(precision_)), parameters, tissue.member_of, tissue.region,
-            tissue.fibre, conductivity_, tissue.stride, offset, Real{scale / (dx * dx)},
-            use == Use::ecg_source ? 0 : 1);
+            tissue.fibre, conductivity_, tissue.stride, offset, Real{scale}, membrane ? 1 : 0);
+}
+
+void Diffusion::assemble(const Tissue& tissue, const cl::Buffer& parameters, int offset, double scale,
+                         Use use, const cl::Buffer& stencil) {
+  const double dx = tissue.grid().dx_mm;
+  compile();
+  conductivities(tensor_, tissue, parameters, offset, scale / (dx * dx), true);
   assemble_tensors(tissue, conductivity_, use, stencil);
 }
 
 void Diffusion::assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, Use use,
                                  const cl::Buffer& stencil) {
+  compile();
   reserve(tissue);
   const auto n = static_cast<std::size_t>(tissue.stride);
   launcher_(assemble_, cl::NDRange(n), cl::NDRange(Tissue::group),
             13 * static_cast<double>(n * real_bytes(precision_)), tissue.first_cell, tissue.place,
             tissue.capacity, tensors, stencil, tissue.stride, static_cast<int>(use),
             static_cast<int>(tissue.places.size()) * Tissue::lanes);
+}
+
+const cl::Buffer& Diffusion::assemble_source(const Tissue& tissue, const cl::Buffer& parameters, int offset,
+                                             double scale, const cl::Buffer& faces) {
+  if (faces_.program() == nullptr) {
+    const cl::Program program =
+        definitions_.build(launcher_.device(), {"segments.clh", "conductivity.cl", "source_faces.cl"});
+    source_tensor_ = launcher_.handle(program, "conductivity_tensor");
+    faces_ = launcher_.handle(program, "source_faces");
+  }
+  conductivities(source_tensor_, tissue, parameters, offset, scale, false);
+  const auto n = static_cast<std::size_t>(tissue.stride);
+  launcher_(faces_, cl::NDRange(n), cl::NDRange(Tissue::group),
+            5 * static_cast<double>(n * real_bytes(precision_)), tissue.first_cell, tissue.place,
+            tissue.capacity, faces, tissue.stride, static_cast<int>(tissue.places.size()) * Tissue::lanes);
+  return conductivity_;
 }
 
 std::vector<double> Diffusion::bound(const Tissue& tissue, const cl::Buffer& stencil) {

@@ -10,9 +10,9 @@ namespace cohort {
 /// The operator div(D grad u) on the tissue, assembled by kernels/stencil.cl as couplings (6, stride).
 class Diffusion {
  public:
-  /// What the operator is for: a potential without flux through the surface, the source of the ECG
-  /// (kernels/stencil.cl says how they differ in cut cells), or a potential across jumps of conductivity.
-  enum class Use { monodomain, ecg_source, layered };
+  /// What the operator is for: a potential without flux through the surface, or one across jumps of
+  /// conductivity (kernels/stencil.cl).
+  enum class Use { monodomain, layered };
 
   Diffusion(Launcher& launcher, const Scene& scene, const Definitions& definitions);
 
@@ -25,6 +25,11 @@ class Diffusion {
   /// As above, from tensors (6, stride) xx yy zz xy xz yz that the caller has written, already divided by
   /// dx^2.
   void assemble_tensors(const Tissue& tissue, const cl::Buffer& tensors, Use use, const cl::Buffer& stencil);
+
+  /// The ECG's source: writes its faces (3, stride; kernels/source_faces.cl) and returns the tensors sigma *
+  /// scale of the cells (6, stride) xx yy zz xy xz yz, sigma as above. They stand until the next call.
+  const cl::Buffer& assemble_source(const Tissue& tissue, const cl::Buffer& parameters, int offset,
+                                    double scale, const cl::Buffer& faces);
 
   /// Gershgorin's bound of the largest |eigenvalue| of the operator over capacity, 1/ms, by member; read
   /// back.
@@ -41,6 +46,9 @@ class Diffusion {
 
  private:
   void reserve(const Tissue& tissue);
+  void compile();
+  void conductivities(Launcher::Handle& kernel, const Tissue& tissue, const cl::Buffer& parameters,
+                      int offset, double scale, bool membrane);
 
   Launcher& launcher_;
   Definitions definitions_;
@@ -48,7 +56,7 @@ class Diffusion {
   int width_;
   cl::Buffer conductivity_, block_bound_;
   int capacity_ = 0;
-  Launcher::Handle tensor_, assemble_, bound_;
+  Launcher::Handle tensor_, assemble_, source_tensor_, faces_, bound_;
 };
 
 }  // namespace cohort

@@ -19,17 +19,16 @@ ForwardEcg::ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions
       scene_(scene),
       intracellular_offset_(region_parameters(scene).intracellular_offset),
       width_(launcher.device().vector_width(scene.precision == Precision::double_)) {
-  const cl::Program program =
-      definitions.build(launcher.device(), {"segments.clh", "diffusion.clh", "forward_ecg.cl"},
-                        {"WIDTH=" + std::to_string(width_)});
-  currents_ = launcher.handle(program, "tissue_currents");
-  deposit_ = launcher.handle(program, "deposit_currents");
+  const cl::Program program = definitions.build(launcher.device(), {"segments.clh", "forward_ecg.cl"},
+                                                {"WIDTH=" + std::to_string(width_)});
+  dipole_ = launcher.handle(program, "tissue_dipoles");
+  deposit_ = launcher.handle(program, "deposit_dipoles");
   read_ = launcher.handle(program, "read_leads");
 }
 
 std::size_t ForwardEcg::bytes(std::int64_t stride, Precision precision) {
   const std::size_t real = real_bytes(precision);
-  return static_cast<std::size_t>(stride) * (7 * real + corners * (real + sizeof(int)));
+  return static_cast<std::size_t>(stride) * (12 * real + corners * (3 * real + sizeof(int)));
 }
 
 double ForwardEcg::iterations_per_sample() const {
@@ -42,12 +41,16 @@ void ForwardEcg::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::
   const std::size_t real = real_bytes(scene_.precision);
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
-    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision), "stencil");
-    current_ = device.allocate(static_cast<std::size_t>(capacity_) * real, "current");
+    const std::size_t row = static_cast<std::size_t>(capacity_) * real;
+    faces_ = device.allocate(3 * row, "faces of the source");
+    conductivity_ = device.allocate(6 * row, "conductivity of the source");
+    dipoles_ = device.allocate(3 * row, "dipoles");
   }
   const double dx = tissue.grid().dx_mm;
-  diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, Diffusion::Use::ecg_source,
-                     stencil_);
+  const cl::Buffer& conductivity =
+      diffusion.assemble_source(tissue, parameters, intracellular_offset_, dx * dx, faces_);
+  launcher_.queue().enqueueCopyBuffer(conductivity, conductivity_, 0, 0,
+                                      6 * static_cast<std::size_t>(tissue.stride) * real);
   worst_residual_.assign(members.size(), 0);
   hearts_.resize(members.size());
   launcher_.queue().finish();  // the torso's solver has a queue of its own while this one profiles
@@ -71,24 +74,34 @@ void ForwardEcg::find_nodes(const Tissue& tissue, std::size_t m, const Member& m
       static_cast<std::size_t>(Tissue::first_cell_place + tissue.first_block[m + 1] * Tissue::block_cells);
   const int steps[3] = {1, grid.extent[0], grid.extent[0] * grid.extent[1]};
 
-  // The cells of the torso around tissue cell i, and its share in each.
+  // The cells of the torso around tissue cell i, and the gradient of the trilinear function of each there, in
+  // the heart's frame, 1/mm.
   struct Shares {
     std::array<int, corners> place;
-    std::array<double, corners> share;
+    std::array<Point, corners> share;
   };
   const auto shares = [&](std::size_t i) {
     const Point at = pose(tissue.centre(i));
     Shares result{};
-    result.share.fill(1);
+    std::array<std::array<double, 2>, 3> value{};  // of the lower and the upper function along each axis
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double s = std::clamp((at[axis] - grid.origin_mm[axis]) / grid.dx_mm, 1.0,
                                   static_cast<double>(grid.extent[axis]) - 2.001);
       const int lower = static_cast<int>(std::floor(s));
-      for (std::size_t k = 0; k < corners; ++k) {
-        const bool upper = (k >> axis & 1) != 0;
-        result.place[k] += steps[axis] * (lower + (upper ? 1 : 0));
-        result.share[k] *= upper ? s - lower : 1 - (s - lower);
+      value[axis] = {1 - (s - lower), s - lower};
+      for (std::size_t k = 0; k < corners; ++k)
+        result.place[k] += steps[axis] * (lower + static_cast<int>(k >> axis & 1));
+    }
+    for (std::size_t k = 0; k < corners; ++k) {
+      const std::array<std::size_t, 3> side = {k & 1, k >> 1 & 1, k >> 2};
+      Point slope{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t b = (axis + 1) % 3, c = (axis + 2) % 3;
+        slope[axis] = (side[axis] == 1 ? 1 : -1) * value[b][side[b]] * value[c][side[c]] / grid.dx_mm;
       }
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t row = 0; row < 3; ++row)
+          result.share[k][axis] += pose.rotation[3 * row + axis] * slope[row];
     }
     return result;
   };
@@ -109,17 +122,19 @@ void ForwardEcg::find_nodes(const Tissue& tissue, std::size_t m, const Member& m
     return;
   }
   std::vector<int> from(static_cast<std::size_t>(start.back()));
-  std::vector<double> share(from.size());
+  const std::size_t entries = from.size();
+  std::vector<double> share(3 * entries);
   for (std::size_t i = begin; i < end; ++i) {
     if (tissue.regions[i] == 255) continue;
     const Shares of_cell = shares(i);
     for (std::size_t k = 0; k < corners; ++k) {
       const auto entry = static_cast<std::size_t>(next[static_cast<std::size_t>(of_cell.place[k])]++);
       from[entry] = static_cast<int>(i);
-      share[entry] = of_cell.share[k];
+      for (std::size_t axis = 0; axis < 3; ++axis) share[entry + axis * entries] = of_cell.share[k][axis];
     }
   }
   heart.nodes = static_cast<int>(node.size());
+  heart.entries = static_cast<int>(entries);
   Device& device = launcher_.device();
   const auto upload = [&](cl::Buffer& buffer, const void* data, std::size_t bytes) {
     buffer = device.allocate(bytes);
@@ -143,17 +158,19 @@ void ForwardEcg::sample(const Tissue& tissue, const cl::Buffer& V, const cl::Buf
   Device& device = launcher_.device();
   const auto real = static_cast<double>(real_bytes(scene_.precision));
   const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  launcher_(currents_, cl::NDRange(cells / static_cast<std::size_t>(width_)),
+  launcher_(dipole_, cl::NDRange(cells / static_cast<std::size_t>(width_)),
             cl::NDRange(Tissue::block_cells / static_cast<std::size_t>(width_)),
-            8 * real * static_cast<double>(cells), V, stencil_, tissue.neighbours, current_, tissue.stride);
+            13 * real * static_cast<double>(cells), V, conductivity_, faces_, tissue.neighbours, dipoles_,
+            tissue.stride);
   for (std::size_t m = 0; m < hearts_.size(); ++m) {
     Heart& heart = hearts_[m];
     if (heart.nodes == 0) continue;
     const auto nodes = static_cast<std::size_t>(heart.nodes);
     launcher_(deposit_, cl::NDRange((nodes + Tissue::group - 1) / Tissue::group * Tissue::group),
               cl::NDRange(Tissue::group),
-              corners * (2 * real + 4) * static_cast<double>(tissue.tissue_cells[m]), heart.node, heart.start,
-              heart.from, heart.share, current_, heart.source, heart.nodes, Real{heart.inverse_conductivity});
+              corners * (6 * real + 4) * static_cast<double>(tissue.tissue_cells[m]), heart.node, heart.start,
+              heart.from, heart.share, dipoles_, heart.source, heart.nodes, heart.entries, tissue.stride,
+              Real{heart.inverse_conductivity});
     const bool own_queue = &launcher_.queue() != &device.queue();
     if (own_queue) launcher_.queue().finish();
     EllipticOptions options{tolerance};

@@ -15,7 +15,7 @@ class ForwardEcg {
  public:
   ForwardEcg(Launcher& launcher, const Scene& scene, const Definitions& definitions);
 
-  /// Torsos, the operator of sigma_i, and where the currents of each tissue cell go. The tissue's fibres must
+  /// Torsos, the source of sigma_i, and where the dipole of each tissue cell goes. The tissue's fibres must
   /// have been built.
   void assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
                 std::span<const Member> members);
@@ -35,7 +35,7 @@ class ForwardEcg {
   struct Heart {
     std::unique_ptr<Torso> torso;
     cl::Buffer node, start, from, share, source, potential;
-    int nodes = 0;
+    int nodes = 0, entries = 0;
     double inverse_conductivity = 0;
   };
   void find_nodes(const Tissue& tissue, std::size_t m, const Member& member);
@@ -43,11 +43,11 @@ class ForwardEcg {
   Launcher& launcher_;
   const Scene& scene_;
   int intracellular_offset_, width_, capacity_ = 0;
-  cl::Buffer stencil_, current_;
+  cl::Buffer faces_, conductivity_, dipoles_;
   std::vector<Heart> hearts_;
   std::vector<double> worst_residual_;
   std::int64_t solves_ = 0, iterations_ = 0;
-  Launcher::Handle currents_, deposit_, read_;
+  Launcher::Handle dipole_, deposit_, read_;
 };
 
 }  // namespace cohort

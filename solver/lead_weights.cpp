@@ -13,37 +13,37 @@ LeadWeights::LeadWeights(Launcher& launcher, const Scene& scene, const Definitio
   Device& device = launcher.device();
   std::vector<std::string> options = definitions.options;
   options.push_back("LEADS=" + std::to_string(leads));
+  options.push_back("ELECTRODES_A_PASS=" + std::to_string(electrodes_a_pass));
   for (const std::string& definition : torso_.definitions()) options.push_back(definition);
   sample_ = launcher.handle(
       device.build({"segments.clh", "lead_field.clh", "sample_leads.cl"}, options, definitions.generated),
       "sample_leads");
   options.push_back("WIDTH=" + std::to_string(width_));
-  weigh_ = launcher.handle(
-      device.build({"segments.clh", "diffusion.clh", "lead_weights.cl"}, options, definitions.generated),
-      "lead_weights");
+  weigh_ = launcher.handle(device.build({"segments.clh", "lead_weights.cl"}, options, definitions.generated),
+                           "lead_weights");
 }
 
 std::size_t LeadWeights::bytes(std::int64_t stride, Precision precision) {
-  return static_cast<std::size_t>(stride) * (2 * leads + 6) * real_bytes(precision);
+  return static_cast<std::size_t>(stride) * (leads + 3 * electrodes_a_pass + 3) * real_bytes(precision);
 }
 
 void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
                            std::span<const Member> members) {
   Device& device = launcher_.device();
-  const std::size_t real = real_bytes(scene_.precision);
+  const auto real = static_cast<double>(real_bytes(scene_.precision));
   if (tissue.stride > capacity_) {
     capacity_ = tissue.stride + tissue.stride / 16;
-    const auto n = static_cast<std::size_t>(capacity_);
-    potentials_ = device.allocate(n * leads * real, "potentials");
-    weights_ = device.allocate(n * leads * real, "weights");
-    stencil_ = device.allocate(Diffusion::bytes(capacity_, scene_.precision), "stencil");
+    const std::size_t row = static_cast<std::size_t>(capacity_) * real_bytes(scene_.precision);
+    currents_ = device.allocate(3 * electrodes_a_pass * row, "lead currents");
+    weights_ = device.allocate(leads * row, "weights");
+    faces_ = device.allocate(3 * row, "faces of the source");
     // Void cells are read as neighbours and never written.
-    launcher_.queue().enqueueFillBuffer(potentials_, cl_uchar{0}, 0, n * leads * real);
+    launcher_.queue().enqueueFillBuffer(currents_, cl_uchar{0}, 0, 3 * electrodes_a_pass * row);
+    launcher_.queue().enqueueFillBuffer(weights_, cl_uchar{0}, 0, leads * row);
   }
-  // sigma_i / dx^2 times the volume dx^3 of a cell.
   const double dx = tissue.grid().dx_mm;
-  diffusion.assemble(tissue, parameters, intracellular_offset_, dx * dx * dx, Diffusion::Use::ecg_source,
-                     stencil_);
+  const cl::Buffer& conductivity =
+      diffusion.assemble_source(tissue, parameters, intracellular_offset_, dx * dx, faces_);
 
   for (size_t m = 0; m < members.size(); ++m) {
     launcher_.queue().finish();  // the torso's solver has a queue of its own while this one profiles
@@ -53,16 +53,19 @@ void LeadWeights::assemble(const Tissue& tissue, Diffusion& diffusion, const cl:
     if (block_() == nullptr) block_ = device.allocate(block.size(), "block");
     launcher_.queue().enqueueWriteBuffer(block_, CL_TRUE, 0, block.size(), block.data());
     const int first = Tissue::first_cell_place + tissue.first_block[m] * Tissue::block_cells;
-    const int count = (tissue.first_block[m + 1] - tissue.first_block[m]) * Tissue::block_cells;
-    launcher_(sample_, cl::NDRange(static_cast<size_t>(count)), cl::NDRange(Tissue::group), 40.0 * count,
-              fields.potential, block_, tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.region,
-              potentials_, tissue.stride, first);
+    const int cells = (tissue.first_block[m + 1] - tissue.first_block[m]) * Tissue::block_cells;
+    for (int electrode = 0; electrode < static_cast<int>(electrode_names.size());
+         electrode += electrodes_a_pass) {
+      launcher_(sample_, cl::NDRange(static_cast<size_t>(cells)), cl::NDRange(Tissue::group),
+                (3 * electrodes_a_pass + 7) * real * cells, fields.potential, block_,
+                tissue.grid().origin_and_spacing(), tissue.first_cell, tissue.region, conductivity, currents_,
+                tissue.stride, first, electrode);
+      launcher_(weigh_, cl::NDRange(static_cast<size_t>(cells / width_)),
+                cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
+                (3 * electrodes_a_pass + 3 + leads) * real * cells, currents_, faces_, tissue.neighbours,
+                weights_, tissue.stride, first, electrode);
+    }
   }
-  const auto cells = static_cast<std::size_t>(tissue.blocks) * Tissue::block_cells;
-  launcher_(weigh_, cl::NDRange(cells / static_cast<size_t>(width_)),
-            cl::NDRange(Tissue::block_cells / static_cast<size_t>(width_)),
-            static_cast<double>(cells * real) * (2 * leads + 6), potentials_, stencil_, tissue.neighbours,
-            weights_, tissue.stride);
 }
 
 }  // namespace cohort

@@ -19,18 +19,18 @@ class LeadWeights {
   void assemble(const Tissue& tissue, Diffusion& diffusion, const cl::Buffer& parameters,
                 std::span<const Member> members);
   const cl::Buffer& weights() const { return weights_; }
-  /// The potentials of the leads' unit currents in tissue cells, (leads, stride) mV/uA.
-  const cl::Buffer& potentials() const { return potentials_; }
   Torso& torso() { return torso_; }
 
   static std::size_t bytes(std::int64_t stride, Precision precision);
 
  private:
+  static constexpr int electrodes_a_pass = 3;  // their currents take memory
+
   Launcher& launcher_;
   const Scene& scene_;
   Torso torso_;
   int intracellular_offset_, width_, capacity_ = 0;
-  cl::Buffer potentials_, weights_, stencil_, block_;
+  cl::Buffer currents_, weights_, faces_, block_;
   Launcher::Handle sample_, weigh_;
 };
 

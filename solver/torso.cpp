@@ -96,7 +96,7 @@ void declare_torso(ParameterTable& table, TorsoKind kind) {
     table.add({"torso.exponent", "1", 2.5, 1.5, 20,
                "of the cross-section |x/a|^n + |y/b|^n < 1; 2: an ellipse", notes});
 
-  table.add({"torso.heart.azimuth_deg", "deg", 52, -180, 180, "apex: angle from left to the front", notes});
+  table.add({"torso.heart.azimuth_deg", "deg", 58, -180, 180, "apex: angle from left to the front", notes});
   table.add({"torso.heart.elevation_deg", "deg", 33, -89, 89, "apex: angle below the horizontal", notes});
   table.add({"torso.heart.roll_deg", "deg", -8, -180, 180,
              "about the long axis: anterior wall from above to the front, right ventricle down", notes});

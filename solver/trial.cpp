@@ -227,6 +227,7 @@ std::string module_of(const std::string& file) {
       {"torso", "torso"},
       {"lead_weights", "torso"},
       {"sample_leads", "torso"},
+      {"source_faces", "torso"},
       {"forward_ecg", "torso"},
       {"record", "recorder"},
       {"cell_checks", "recorder"},

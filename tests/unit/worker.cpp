@@ -130,6 +130,25 @@ TEST_F(WorkerTest, RetriesOfTheUnstableHalveTheirSteps) {
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(store.row_is_intact(i));
 }
 
+TEST_F(WorkerTest, HalvingsEndAndTheFirstCauseStays) {
+  options_.step_factors = {2};
+  options_.retries = 30;
+  const auto run = [&](std::span<const Member> batch, double timeout) {
+    std::vector<Recording> recordings = bounded(layout_, 1e-9)(batch, timeout);
+    for (std::size_t m = 0; m < batch.size(); ++m) {
+      const bool whole = batch[m].values[2] == members_[static_cast<std::size_t>(batch[m].id)].values[2];
+      if (batch[m].id == 3) recordings[m].reason = whole ? "the first cause" : "a later one";
+    }
+    return recordings;
+  };
+  EXPECT_EQ(work(run), WorkerEnd::finished);
+  const Store store(path_);
+  EXPECT_EQ(store.account(3).halvings, most_halvings);
+  EXPECT_EQ(store.account(3).attempts, most_halvings + 1);
+  EXPECT_EQ(store.reason(3), "a later one; with the whole step it was: the first cause");
+  EXPECT_TRUE(store.row_is_intact(3));
+}
+
 TEST_F(WorkerTest, StepsAreHalvedByALaterRunToo) {
   options_.step_factors = {2};
   EXPECT_EQ(work(bounded(layout_, 80)), WorkerEnd::finished);
