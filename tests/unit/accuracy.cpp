@@ -294,6 +294,29 @@ campaign: {members: 4}
   EXPECT_TRUE(has(older[0], "0.0.0-")) << older[0];
 }
 
+TEST_F(Choice, HoldsTheStudyOfTheDefaultHeart) {
+  Mistakes mistakes;
+  Study heart = read_study(COHORT_SOURCE_DIR "/configs/studies/heart.yaml", {}, mistakes);
+  const WorkPrecisionDesign design = read_work_precision(heart);
+  WorkPrecision result = measured(design.settings, *design.reference);
+  result.errors[0].reference.assign(8, 50);
+  for (auto& of : result.errors[0].of) of = {1, 1, 1, 1, 1, 1, 1, 1};
+  const Measurements m = measurements_of(heart, result);
+  const std::map<std::string, double> waves = {{"4", 4}, {"3", 3}, {"2", 2}, {"1.5", 1.5}, {"1", 1}};
+  for (const MeasuredSetting& one : m.settings) {
+    const std::map<std::string, std::string> set(one.set.begin(), one.set.end());
+    const double wave = waves.at(set.at("grid.dx_mm")),
+                 tissue = std::max(wave, std::stod(set.at("mechanics.dx_mm")));
+    EXPECT_DOUBLE_EQ(one.errors.at("lv_ef_percent").bound, 1 / (1 - std::max(0.25 / wave, 1 / tissue)))
+        << one.label;
+  }
+  write(measurements_text(m));
+  const Campaign campaign = parse_campaign(read_campaign_file(COHORT_SOURCE_DIR "/configs/heart.yaml") +
+                                               "accuracy: {measurements: measured.yaml, LV_EF: 3}\n",
+                                           (folder_ / "campaign.yaml").string());
+  EXPECT_EQ(campaign.accuracy_warnings, std::vector<std::string>());
+}
+
 TEST_F(Choice, RefusesWishesThatAreNone) {
   for (const char* wish : {"LV_EF: 0x1p3 %", "LV_EF: inf", "LV_EF: nan %", "LV_EF: -1", "LV_EF: 0"})
     EXPECT_TRUE(has(refused(wish), "is an error above 0")) << wish << refused(wish);
