@@ -29,6 +29,6 @@ std::vector<float> energy_balance(const Scene& scene, std::span<const double> ti
 double energy_left(const Scene& scene, std::span<const double> tissue);
 
 /// With more left over a member ends as unstable.
-inline constexpr double largest_energy_left = 0.05;
+inline constexpr double largest_energy_left = 0.02;
 
 }  // namespace cohort

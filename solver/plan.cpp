@@ -75,6 +75,14 @@ void check_circulation(const Scene& scene, std::span<const Member> members, cons
   check_members(scene, members, base, circulation_defect);
 }
 
+/// Options with half as many members, where a batch that was chosen by size is too large for the memory.
+std::optional<PlanOptions> fewer_members(const Plan& plan, std::size_t limit, const PlanOptions& options) {
+  if (plan.bytes <= limit || plan.members_per_device <= 1 || options.members_per_device > 0) return {};
+  PlanOptions fewer = options;
+  fewer.most_members = plan.members_per_device / 2;
+  return fewer;
+}
+
 }  // namespace
 
 Plan make_plan(Device& device, const Scene& scene, std::span<const Member> members,
@@ -149,6 +157,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     if (scene.mechanics) cells *= std::pow(grid.dx_mm / solid_dx_mm(scene), 3);
     const double fitting = std::min(cells_that_fill_a_gpu / cells, double{most_members});
     plan.members_per_device = device.info().gpu ? std::max(static_cast<int>(fitting), 1) : 1;
+    if (options.most_members > 0)
+      plan.members_per_device = std::min(plan.members_per_device, options.most_members);
   }
   if (!members.empty())
     plan.members_per_device = std::min(plan.members_per_device, static_cast<int>(members.size()));
@@ -246,13 +256,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
   const SolidPlan solid = add_mechanics(launcher, scene, members, base, batch, plan);
   const std::string whole_batch =
       "a batch of " + std::to_string(batch) + (batch == 1 ? " member" : " members");
-  if (plan.bytes > limit && batch > 1 && options.members_per_device <= 0) {  // as many as there is room for
-    PlanOptions fewer = options;
-    fewer.members_per_device = std::clamp(
-        static_cast<int>(0.9 * batch * static_cast<double>(limit) / static_cast<double>(plan.bytes)), 1,
-        batch - 1);
-    return make_plan(device, scene, members, fewer);
-  }
+  if (const auto fewer = fewer_members(plan, limit, options))
+    return make_plan(device, scene, members, *fewer);
   refuse_beyond(plan.bytes, limit, whole_batch);
 
   if (eikonal) {
@@ -280,6 +285,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
     for (PlannedModule& planned : plan.modules)
       if (planned.name == "monodomain") planned.bytes += bytes;
     plan.bytes += bytes;
+    if (const auto fewer = fewer_members(plan, limit, options))
+      return make_plan(device, scene, members, *fewer);
     refuse_beyond(plan.bytes, limit, whole_batch);
   }
   plan.dt_ms = steps.dt_ms;

@@ -82,6 +82,7 @@ struct Plan {
 
 struct PlanOptions {
   int members_per_device = 0;          ///< 0: chosen by size
+  int most_members = 0;                ///< of what is chosen; 0: no limit
   std::size_t memory_limit_bytes = 0;  ///< 0: what the device has
 };
 
