@@ -4,10 +4,11 @@
 #include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -15,6 +16,7 @@
 #include "ensemble/feature_names.hpp"
 #include "ensemble/measurements.hpp"
 #include "ensemble/read_values.hpp"
+#include "solver/simulation.hpp"
 
 namespace cohort {
 
@@ -55,38 +57,65 @@ Measurements find_measurements(const Campaign& campaign) {
       accuracy.where, whys)});
 }
 
-/// Whether x is what was measured: the same number, or within what was sampled.
-bool was_measured(const Measurements& measurements, const std::map<std::string, double>& own,
-                  const std::string& path, double low, double high) {
-  if (const auto sampled = measurements.sampled.find(path); sampled != measurements.sampled.end())
-    return low >= sampled->second.first && high <= sampled->second.second;
-  if (low != high) return false;
-  const auto there = measurements.values.find(path), here = own.find(path);
-  if (here == own.end()) return there == measurements.values.end();
-  return there != measurements.values.end() && there->second == low;
+using Range = std::pair<double, double>;
+
+/// "3", or "1 to 4".
+std::string told(const Range& range) {
+  return range.first == range.second ? fmt::format("{:.6g}", range.first)
+                                     : fmt::format("{:.6g} to {:.6g}", range.first, range.second);
 }
 
-/// Paths whose values or ranges lie outside of what was measured.
+/// The range over all members, of each parameter that is set or has a default.
+std::map<std::string, Range> ranges_of(const Campaign& campaign) {
+  std::map<std::string, Range> result = sampled_ranges(campaign);
+  for (const Parameter& parameter : campaign.scene.parameters.all())
+    if (!std::isnan(parameter.value)) result.emplace(parameter.path, Range{parameter.value, parameter.value});
+  return result;
+}
+
+/// The same of the members that were measured, where their scene has what the campaign's has.
+std::map<std::string, Range> ranges_of(const Measurements& measurements, const Scene& scene) {
+  std::map<std::string, Range> result = measurements.sampled;
+  for (const auto& [path, value] : measurements.values) result.emplace(path, Range{value, value});
+  const ParameterTable defaults = default_parameters(scene);
+  for (const Parameter& parameter : defaults.all())
+    if (!std::isnan(parameter.value)) result.emplace(parameter.path, Range{parameter.value, parameter.value});
+  return result;
+}
+
+/// What the campaign has beyond what was measured, a line for each path.
 std::vector<std::string> beyond(const Measurements& measurements, const Campaign& campaign) {
-  std::set<std::string> set_by_settings;
+  std::set<std::string> aside;
   for (const MeasuredSetting& setting : measurements.settings)
-    for (const auto& [path, value] : setting.set) set_by_settings.insert(path);
-  const std::map<std::string, double> own = own_values(campaign.scene);
+    for (const auto& [path, value] : setting.set) aside.insert(path);
+  const std::map<std::string, Range> own = ranges_of(campaign),
+                                     measured = ranges_of(measurements, campaign.scene);
   std::vector<std::string> result;
+  const auto told_of = [](const std::map<std::string, Range>& ranges, const std::string& path) {
+    const auto it = ranges.find(path);
+    return it == ranges.end() ? "not set" : told(it->second);
+  };
   for (const Parameter& parameter : campaign.scene.parameters.all()) {
     const std::string& path = parameter.path;
-    if (set_by_settings.contains(path) || path.starts_with("outputs.")) continue;
-    const auto sampled = std::find_if(campaign.parameters.begin(), campaign.parameters.end(),
-                                      [&](const SampledParameter& p) { return p.path == path; });
-    double low = parameter.value, high = parameter.value;
-    if (sampled != campaign.parameters.end()) {
-      low = sampled->distribution.value(0);
-      high = sampled->distribution.value(1);
-    } else if (std::isnan(low)) {
+    if (aside.contains(path) || path.starts_with("outputs.")) continue;
+    const auto here = own.find(path), there = measured.find(path);
+    if (here == own.end() && there == measured.end()) continue;
+    if (here != own.end() && there != measured.end() && here->second.first >= there->second.first &&
+        here->second.second <= there->second.second)
       continue;
-    }
-    if (!was_measured(measurements, own, path, low, high)) result.push_back(path);
+    result.push_back(fmt::format("{} is {}, measured {}", path, told_of(own, path), told_of(measured, path)));
   }
+  return result;
+}
+
+/// What the bounds do not cover.
+std::vector<std::string> warnings(const Measurements& measurements, const Campaign& campaign) {
+  std::vector<std::string> result;
+  if (measurements.program != COHORT_VERSION)
+    result.push_back(fmt::format("accuracy: {} was measured with cohort {}, this is {}: errors may differ",
+                                 measurements.file, measurements.program, COHORT_VERSION));
+  for (const std::string& line : beyond(measurements, campaign))
+    result.push_back(fmt::format("accuracy: the bounds do not cover it: {}", line));
   return result;
 }
 
@@ -95,7 +124,9 @@ struct Asked {
   AccuracyWish wish;
 };
 
-std::vector<Asked> asked_for(const Measurements& measurements, const Accuracy& accuracy) {
+std::vector<Asked> asked_for(const Measurements& measurements, const Campaign& campaign) {
+  const Accuracy& accuracy = campaign.accuracy;
+  const Layout own = layout(campaign.scene);
   std::vector<std::string> names;
   for (const auto& [name, unit] : measurements.features) names.push_back(name);
   std::vector<Asked> result;
@@ -108,6 +139,12 @@ std::vector<Asked> asked_for(const Measurements& measurements, const Accuracy& a
       continue;
     }
     const std::string& unit = measurements.features.at(names[*place]);
+    const auto here = std::find(own.features.begin(), own.features.end(), names[*place]);
+    if (here != own.features.end())
+      if (const auto& is = own.feature_units[static_cast<std::size_t>(here - own.features.begin())];
+          is != unit)
+        mistakes.push_back(
+            fmt::format("{}: {} is in {}, here it is in {}", measurements.file, names[*place], unit, is));
     if (!wish.unit.empty() && wish.unit != "%" && wish.unit != unit)
       mistakes.push_back(fmt::format("{}: accuracy.{} is in {}; the feature is in {} (or %)", accuracy.where,
                                      wish.feature, wish.unit, unit));
@@ -139,10 +176,12 @@ void read_accuracy(Node& map, const std::string& file, Accuracy& accuracy, Mista
     if (entry.key == "measurements") continue;
     map.known.insert(entry.key);
     entry.value.read = true;
-    char* end = nullptr;
     const std::string& text = entry.value.text;
-    const double error = entry.value.kind == Node::Kind::scalar ? std::strtod(text.c_str(), &end) : 0;
-    if (!end || end == text.c_str() || !std::isfinite(error) || !(error > 0)) {
+    double error = 0;
+    const char* end = text.data();
+    if (entry.value.kind == Node::Kind::scalar)
+      end = std::from_chars(text.data(), text.data() + text.size(), error).ptr;
+    if (end == text.data() || !std::isfinite(error) || !(error > 0)) {
       mistakes.add(entry.value.place,
                    fmt::format("accuracy.{} is an error above 0 such as \"1 %\" or \"3 ms\", {}", entry.key,
                                found(entry.value)));
@@ -159,7 +198,7 @@ void read_accuracy(Node& map, const std::string& file, Accuracy& accuracy, Mista
 
 AccuracyChoice choose_setting(const Campaign& campaign) {
   const Measurements measurements = find_measurements(campaign);
-  const std::vector<Asked> all = asked_for(measurements, campaign.accuracy);
+  const std::vector<Asked> all = asked_for(measurements, campaign);
   std::vector<const MeasuredSetting*> sorted;
   for (const MeasuredSetting& setting : measurements.settings) sorted.push_back(&setting);
   std::stable_sort(sorted.begin(), sorted.end(), [](const MeasuredSetting* a, const MeasuredSetting* b) {
@@ -184,18 +223,11 @@ AccuracyChoice choose_setting(const Campaign& campaign) {
       continue;
     }
     for (const auto& [path, value] : setting->set) choice.overrides.push_back(path + "=" + value);
+    choice.places = setting->places;
     choice.lines.push_back(fmt::format("accuracy: {}, the cheapest that meets it of {} measured in {}", told,
                                        sorted.size(), measurements.file));
     for (const std::string& line : refused) choice.lines.push_back("accuracy: too coarse is " + line);
-    const std::vector<std::string> paths = beyond(measurements, campaign);
-    constexpr std::size_t most_told = 5;
-    if (!paths.empty())
-      choice.lines.push_back(fmt::format(
-          "accuracy: {} parameters are not as they were measured, which these bounds do not cover: {}{}",
-          paths.size(),
-          fmt::join(paths.begin(),
-                    paths.begin() + static_cast<std::ptrdiff_t>(std::min(paths.size(), most_told)), ", "),
-          paths.size() > most_told ? ", ..." : ""));
+    choice.warnings = warnings(measurements, campaign);
     return choice;
   }
   std::vector<std::string> lines = {fmt::format(

@@ -66,13 +66,14 @@ struct Campaign {
   StudyMembers study;                     ///< empty but in the campaigns of a study
   double timeout_s = 3600;
   int retries = 0;
-  double check_fraction = 0.02;             ///< of the members, run again at half the spacing and the step
-  int members_per_device = 0;               ///< 0: chosen by size
-  double memory_limit_GB = 0;               ///< 0: what the device has
-  std::string store;                        ///< path of the HDF5 file
-  Accuracy accuracy;                        ///< what was asked for; it is met already
-  std::vector<std::string> accuracy_lines;  ///< what was chosen for it, and why
-  Places places;                            ///< where what it holds stands in the file
+  double check_fraction = 0.02;                ///< of the members, run again at half the spacing and the step
+  int members_per_device = 0;                  ///< 0: chosen by size
+  double memory_limit_GB = 0;                  ///< 0: what the device has
+  std::string store;                           ///< path of the HDF5 file
+  Accuracy accuracy;                           ///< what was asked for; it is met already
+  std::vector<std::string> accuracy_lines;     ///< what was chosen for it, and why
+  std::vector<std::string> accuracy_warnings;  ///< what its bounds do not cover
+  Places places;                               ///< where what it holds stands in the file
   std::string text;    ///< the file, verbatim, with --set applied as trailing comment lines
   std::string sha256;  ///< of what determines the results (canonical_text), not of `text`
 };

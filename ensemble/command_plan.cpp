@@ -181,6 +181,7 @@ ExitCode command_plan(const CampaignOptions& options) {
   fmt::print("{}\n{}\n", module_table(plan, trial),
              size_table(plan, tried ? &trial : nullptr, campaign, device.info(), checks));
   for (const std::string& line : campaign.accuracy_lines) fmt::print("{}\n", line);
+  for (const std::string& line : campaign.accuracy_warnings) spdlog::warn("{}", line);
   for (const std::string& line : conduction_lines(plan)) fmt::print("{}\n", line);
   return ExitCode::done;
 }

@@ -281,6 +281,7 @@ ExitCode run_campaign(const Ranks& ranks, const Campaign& campaign, const std::s
   });
   if (ranks.first()) {
     for (const std::string& line : campaign.accuracy_lines) spdlog::info("{}", line);
+    for (const std::string& line : campaign.accuracy_warnings) spdlog::warn("{}", line);
     spdlog::info("{} members, {} tissue cells, {} steps of {} ms, {} at a time on each device",
                  campaign.members, plan.tissue_cells, plan.steps, plan.dt_ms, plan.members_per_device);
     for (const std::string& line : conduction_lines(plan)) spdlog::info("{}", line);

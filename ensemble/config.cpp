@@ -211,6 +211,28 @@ Campaign parse_as_it_stands(const std::string& text, const std::string& file,
 
 }  // namespace
 
+namespace {
+
+/// What stands behind the command line's own --set was chosen: its places are those of the measurements.
+std::vector<std::string> in_measurements(const std::vector<std::string>& lines, std::size_t of_command_line,
+                                         const std::vector<Place>& places) {
+  std::vector<std::string> result = lines;
+  for (std::string& line : result)
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (const std::string front = fmt::format("--set:{}:", of_command_line + i + 1);
+          line.starts_with(front))
+        line = fmt::format("{}:{}:{}:{}", places[i].file, places[i].line, places[i].column,
+                           line.substr(front.size()));
+  return result;
+}
+
+/// Whether one of two paths is that of the other or of a level above it.
+bool overlap(const std::string& a, const std::string& b) {
+  return (a + ".").starts_with(b + ".") || (b + ".").starts_with(a + ".");
+}
+
+}  // namespace
+
 Campaign parse_campaign(const std::string& text, const std::string& file,
                         const std::vector<std::string>& overrides) {
   Campaign campaign = parse_as_it_stands(text, file, overrides);
@@ -218,14 +240,26 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
   AccuracyChoice choice = choose_setting(campaign);
   // What the command line sets stays, and would make the choice's bounds untrue.
   for (const std::string& chosen : choice.overrides)
-    for (std::size_t i = 0; i < overrides.size(); ++i)
-      if (const std::string path = chosen.substr(0, chosen.find('=') + 1);
-          overrides[i].starts_with(path) || overrides[i].starts_with("scene." + path))
+    for (std::size_t i = 0; i < overrides.size(); ++i) {
+      const std::string path = chosen.substr(0, chosen.find('='));
+      std::string own = overrides[i].substr(0, overrides[i].find('='));
+      if (!own.starts_with("scene")) own.insert(0, "scene.");
+      if (overlap(own, "scene." + path))
         throw ConfigError({fmt::format("--set:{}: {} is chosen by accuracy ({}); leave one of them out",
-                                       i + 1, path.substr(0, path.size() - 1), chosen)});
-  choice.overrides.insert(choice.overrides.end(), overrides.begin(), overrides.end());
-  campaign = parse_as_it_stands(text, file, choice.overrides);
+                                       i + 1, path, chosen)});
+    }
+  std::vector<std::string> all = overrides;
+  all.insert(all.end(), choice.overrides.begin(), choice.overrides.end());
+  try {
+    campaign = parse_as_it_stands(text, file, all);
+  } catch (const ConfigError& error) {
+    throw ConfigError(in_measurements(error.mistakes(), overrides.size(), choice.places));
+  }
+  for (auto& [path, place] : campaign.places)
+    if (const auto first = static_cast<int>(overrides.size()); place.file == "--set" && place.line > first)
+      place = choice.places[static_cast<std::size_t>(place.line - first - 1)];
   campaign.accuracy_lines = std::move(choice.lines);
+  campaign.accuracy_warnings = std::move(choice.warnings);
   return campaign;
 }
 

@@ -1,6 +1,7 @@
 #include "ensemble/feature_names.hpp"
 
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -40,6 +41,10 @@ std::optional<std::size_t> find_feature(const std::vector<std::string>& names, c
 }
 
 std::string no_such_feature(const std::vector<std::string>& names, const std::string& wish) {
+  std::vector<std::string> several;
+  for (const std::string& name : names)
+    if (short_name(name) == short_name(wish)) several.push_back(name);
+  if (several.size() > 1) return fmt::format("{}: ambiguous; may be {}", wish, fmt::join(several, " or "));
   return fmt::format("{}: no such feature here{}", wish, suggestion(wish, names));
 }
 

@@ -12,7 +12,8 @@ namespace cohort {
 /// so called, or several.
 std::optional<std::size_t> find_feature(const std::vector<std::string>& names, const std::string& wish);
 
-/// "QT: no such feature here; lv_ef_percent, ..." with those nearest to the wish.
+/// Why find_feature finds nothing: "QT: no such feature here; lv_ef_percent, ..." with those nearest to the
+/// wish, or "QT: ambiguous; may be ..." with those that are so called.
 std::string no_such_feature(const std::vector<std::string>& names, const std::string& wish);
 
 }  // namespace cohort

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,9 @@
 #include "ensemble/campaign.hpp"
 
 namespace cohort {
+
+/// Of fewer members nothing is known of how their errors spread.
+inline constexpr int least_measured = 4;
 
 /// Errors of one feature with one setting, over the members that were measured; in the feature's unit, and in
 /// % of the feature's value.
@@ -21,11 +25,12 @@ struct MeasuredSetting {
   std::vector<std::pair<std::string, std::string>> set;  ///< path and value as YAML
   double device_s;                                       ///< of one member, median
   std::map<std::string, MeasuredError> errors;           ///< by feature
+  std::vector<Place> places = {};                        ///< of each of `set` in its file
 };
 
 /// What a study has measured of a scene's settings: the small file that `accuracy:` chooses from, YAML.
 struct Measurements {
-  static constexpr int version = 1;
+  static constexpr int version = 2;               ///< 1: bounds of one side of |error|
   std::string file;                               ///< its name, for messages
   std::string program, study, device, reference;  ///< who, what, where, against which run
   int members = 0;                                ///< measured with each setting
@@ -40,12 +45,21 @@ struct Measurements {
 /// The structure of a scene without its outputs, a line for each fact, sorted.
 std::vector<std::string> scene_structure(const Scene& scene);
 
+/// The parameters of a scene's structure, all as by default.
+ParameterTable default_parameters(const Scene& scene);
 /// By path, the numbers that a scene sets beside what its structure has as defaults.
 std::map<std::string, double> own_values(const Scene& scene);
 
-/// What k of mean + k deviation bounds a share of 95 % of a normal distribution with a confidence of 90 %,
-/// from n >= 2 samples (M. G. Natrella, Experimental Statistics, NBS Handbook 91, 1963, 2-5: approximation).
-double tolerance_factor(int n);
+/// By path, the range that is sampled: of a normal distribution from its 1 % to its 99 % quantile, of others
+/// from end to end. Throws as sample() where points are given.
+std::map<std::string, std::pair<double, double>> sampled_ranges(const Campaign& campaign);
+
+/// Whether `path` says how a scene is solved and not what it is: settings of these alone can be chosen.
+bool is_numerical(const std::string& path);
+/// What a scene has there, as YAML; nothing where it has no such number.
+std::optional<std::string> numerical_value(const Scene& scene, const std::string& path);
+/// All of these paths, for messages.
+std::string numerical_paths();
 
 std::string measurements_text(const Measurements& measurements);
 /// Throws ConfigError with every mistake of the file.

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "ensemble/config.hpp"
+#include "ensemble/measure_accuracy.hpp"
 #include "ensemble/read_values.hpp"
 
 namespace cohort {
@@ -165,6 +166,7 @@ WorkPrecisionDesign read_work_precision(Study& study) {
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
 
   check_settings(study, design);
+  if (!design.measurements.empty()) check_measurable(study, design);
   return design;
 }
 

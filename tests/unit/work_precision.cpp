@@ -108,14 +108,6 @@ TEST(FeatureNames, AreFoundWithoutUnitAndCase) {
   EXPECT_FALSE(find_feature({"x_ms", "x_mL"}, "x"));  // two are so called
 }
 
-// One-sided tolerance factors for 95 % with a confidence of 90 %: NBS Handbook 91, table A-7. The
-// approximation is a few percent below for few samples.
-TEST(ToleranceFactor, IsNearTheTable) {
-  EXPECT_NEAR(tolerance_factor(10), 2.568, 0.08);
-  EXPECT_NEAR(tolerance_factor(20), 2.208, 0.03);
-  EXPECT_NEAR(tolerance_factor(50), 1.965, 0.02);
-}
-
 TEST(Measurements, ComeBackAsTheyWereWritten) {
   Measurements m;
   m.program = "1";
