@@ -15,25 +15,18 @@ from analysis import study as work_precision
 DECIMALS = 3
 
 
-def from_front(time, error, i):
-    """By how much setting i misses the front, as `cohort study` has it: the smaller of the factors in time and in error; 1 on the front."""
-    if not numpy.isfinite(error[i]):
-        return numpy.nan
-    fastest = min([time[j] for j in range(len(time)) if error[j] <= error[i]])
-    best = min([error[j] for j in range(len(time)) if time[j] <= time[i] and numpy.isfinite(error[j])])
-    return 1.0 if best == error[i] else min(time[i] / fastest, error[i] / best)
-
-
 def table(scenes):
-    lines = ["| scene | measure | default | error rms | device s | from the front | least error measured, with |", "|---|---|---|---|---|---|---|"]
+    lines = ["| scene | measure | default | error rms | device s | from the front | times as slow | times the error | least error measured, with |",
+             "|---|---|---|---|---|---|---|---|---|"]
     for scene in scenes:
         time = numpy.nanmedian(scene.device_s, axis=1)
         own = int(numpy.flatnonzero(scene.default)[0]) if scene.default.any() else None
         for m, (name, unit) in enumerate(scene.measures):
             error = scene.rms[m]
             least = int(numpy.nanargmin(error))
-            ours = "- | - | - | -" if own is None else (
-                f"{scene.labels[own]} | {error[own]:.{DECIMALS}g} | {time[own]:.{DECIMALS}g} | {from_front(time, error, own):.2f}")
+            ours = "- | - | - | - | - | -" if own is None else (
+                f"{scene.labels[own]} | {error[own]:.{DECIMALS}g} | {time[own]:.{DECIMALS}g} | {scene.distance[m][own]:.2f} | "
+                f"{scene.times_as_slow[m][own]:.2f} | {scene.times_the_error[m][own]:.2f}")
             lines.append(f"| {scene.scene or '-'} | {name} ({unit}) | {ours} | {error[least]:.{DECIMALS}g}, {scene.labels[least]} |")
     return lines
 
@@ -62,7 +55,8 @@ def main():
     lines = ["# Error against run time", "",
              "Made by `jobs/studies.sh` and `/usr/bin/python3 -m analysis.studies` from the studies in `configs/studies`, whose heads say what each compares.",
              "Seconds are those of the device's kernels for one member of a batch, medians of repeats; the default stands beside the Pareto front of what was",
-             "measured: 1.00 is on it, else the smaller of the factors in time and in error to it.", ""]
+             "measured: 1.00 is on it, else the factor by which both its time and its error had to shrink so that no other setting is better in both. Beside it, how",
+             "many times as slow it is as the fastest of no larger error, and how many times its error is that of the best in no more time.", ""]
     for path in sorted(options.folder.glob("study_*.h5")):
         scenes = work_precision.read(path)
         first = scenes[0]

@@ -6,7 +6,9 @@
 In the file a group for each scene ("000", ...; attribute scene) with R settings, M measures, N members, K repeats:
     settings/label, set, outcome (R) text; default (R) 1 where it is the scene's own; roof_s (R)
     settings/device_s, wall_s (R, K) s: of the device's kernels, and by the host's clock, for one member
-    measures/name, unit (M) text; rms, largest, front (M, R); error (M, R, N); reference (M, N), NaN for norms
+    measures/name, unit (M) text; rms, largest (M, R); error (M, R, N); reference (M, N), NaN for norms
+    measures/front (M, R) 1 on it; distance from it, times_as_slow as the fastest of no larger error, times_the_error of the best
+        in no more time (M, R), all 1 on it
 Attributes: study, base, reference, program, device, triad_GB_per_s.
 """
 
@@ -36,6 +38,9 @@ class Study:
     measures: list  # (M) of (name, unit)
     rms: numpy.ndarray  # (M, R)
     front: numpy.ndarray  # (M, R) bool
+    distance: numpy.ndarray  # (M, R), as the two below
+    times_as_slow: numpy.ndarray
+    times_the_error: numpy.ndarray
     reference: str
     device: str
     triad_GB_per_s: float
@@ -57,7 +62,8 @@ def read_scene(file, group):
         scene=group.attrs["scene"], labels=shortened(texts("settings/label")), outcomes=texts("settings/outcome"),
         default=group["settings/default"][:] > 0, device_s=group["settings/device_s"][:], roof_s=group["settings/roof_s"][:],
         measures=list(zip(texts("measures/name"), texts("measures/unit"))), rms=group["measures/rms"][:],
-        front=group["measures/front"][:] > 0, reference=file.attrs["reference"], device=file.attrs["device"],
+        front=group["measures/front"][:] > 0, distance=group["measures/distance"][:], times_as_slow=group["measures/times_as_slow"][:],
+        times_the_error=group["measures/times_the_error"][:], reference=file.attrs["reference"], device=file.attrs["device"],
         triad_GB_per_s=file.attrs["triad_GB_per_s"])
 
 

@@ -10,6 +10,7 @@ ExitCode command_study(const CampaignOptions& options) {
   Study study = read_study(options.file, options.overrides, mistakes);
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
   if (!options.store.empty()) study.store = options.store;
+  check_store(study);
   return study.kind == Study::Kind::stability ? run_stability(study, options)
                                               : run_work_precision(study, options);
 }

@@ -92,7 +92,7 @@ std::vector<StabilityRange> sampled_ranges(const Campaign& campaign) {
 
 /// The study with the base and the settings of a case. `own`: whether it has a base of its own; without one
 /// it stands on the study's, with all that is set there.
-Study study_of(Node& map, const Study& study, bool& own, Mistakes& mistakes) {
+Study study_of_case(Node& map, const Study& study, bool& own, Mistakes& mistakes) {
   Study result = study;
   Node* base = take(map, "base");
   own = base;
@@ -146,7 +146,7 @@ std::optional<StabilityCase> read_case(Node::Entry& entry, const Study& study, c
   if (!check_name(entry, "a case", mistakes) || !expect_map(map, entry.key, mistakes)) return std::nullopt;
   bool own = false;
   const std::size_t before = mistakes.size();
-  const Study base = study_of(map, study, own, mistakes);
+  const Study base = study_of_case(map, study, own, mistakes);
   if (mistakes.size() > before) return std::nullopt;
   StabilityCase one;
   one.name = entry.key;

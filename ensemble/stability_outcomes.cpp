@@ -10,6 +10,7 @@
 #include <optional>
 #include <tuple>
 
+#include "ensemble/study.hpp"
 #include "ensemble/table.hpp"
 #include "solver/energy_balance.hpp"
 
@@ -232,11 +233,6 @@ const StabilityOutcome& first_of(const Line& line, const std::vector<StabilityRe
 
 std::string time_text(double at_ms) {
   return std::isnan(at_ms) ? "" : fmt::format("{:.1f}", at_ms);
-}
-
-std::string csv_cell(std::string text) {
-  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
-  return '"' + text + '"';
 }
 
 std::string table_by_group(const std::vector<StabilityResult>& results) {

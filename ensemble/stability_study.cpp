@@ -5,14 +5,13 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
 
 #include "ensemble/draw.hpp"
 #include "ensemble/guarded.hpp"
 #include "ensemble/ranks.hpp"
 #include "ensemble/stability_design.hpp"
 #include "ensemble/stability_outcomes.hpp"
+#include "ensemble/study.hpp"
 
 namespace cohort {
 
@@ -29,12 +28,6 @@ StabilityResult read_result(const StabilityCase& one) {
   Store store(one.campaign.store, Store::Access::write);
   return {one.name.empty() ? std::filesystem::path(one.campaign.store).stem().string() : one.name,
           one.campaign.study, stability_outcomes(store, layout(one.campaign.scene))};
-}
-
-void write_text(const std::string& file, const std::string& text) {
-  std::ofstream stream(file);
-  stream << text;
-  if (!stream.flush()) throw std::runtime_error(file + ": cannot be written");
 }
 
 /// Tells of all cases; of rank 0.

@@ -4,6 +4,8 @@
 #include <spdlog/fmt/ranges.h>
 
 #include <filesystem>
+#include <fstream>
+#include <stdexcept>
 
 #include "ensemble/config.hpp"
 #include "ensemble/config_sections.hpp"
@@ -11,19 +13,38 @@
 
 namespace cohort {
 
+namespace {
+
+/// As it is where that is the same value within brackets and braces, else in quotes.
+std::string scalar_text(const std::string& text, bool quoted) {
+  if (!quoted && text.find_first_of(",[]{}#:\"'\\\n\t") == std::string::npos) return text;
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '\n' || c == '\t') {
+      result += c == '\n' ? "\\n" : "\\t";
+      continue;
+    }
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + '"';
+}
+
+}  // namespace
+
 std::string flow_text(const Node& node) {
   std::vector<std::string> parts;
   switch (node.kind) {
     case Node::Kind::null:
       return "null";
     case Node::Kind::scalar:
-      return node.quoted ? fmt::format("\"{}\"", node.text) : node.text;
+      return scalar_text(node.text, node.quoted);
     case Node::Kind::sequence:
       for (const Node& item : node.items) parts.push_back(flow_text(item));
       return fmt::format("[{}]", fmt::join(parts, ", "));
     case Node::Kind::map:
       for (const Node::Entry& entry : node.entries)
-        parts.push_back(fmt::format("{}: {}", entry.key, flow_text(entry.value)));
+        parts.push_back(fmt::format("{}: {}", scalar_text(entry.key, false), flow_text(entry.value)));
       return fmt::format("{{{}}}", fmt::join(parts, ", "));
   }
   return {};
@@ -79,6 +100,37 @@ Study read_study(const std::string& file, const std::vector<std::string>& overri
   study.store = std::filesystem::path(file).stem().string() + ".h5";
   if (Node* store = take(root, "store")) study.store = read_text(*store, "store", mistakes).value_or("");
   return study;
+}
+
+void check_store(const Study& study) {
+  const std::filesystem::path store = study.store;
+  if (store.filename().empty()) throw ConfigError({fmt::format("store \"{}\" names no file", study.store)});
+  for (const char* beside : {".csv", ".png"})
+    if (store.extension() == beside)
+      throw ConfigError(
+          {fmt::format("store {}: the study writes its {} file beside the store, by that name; "
+                       "call the store .h5",
+                       study.store, beside)});
+  for (const std::string& file : {study.file, study.base})
+    if (same_file(study.store, file))
+      throw ConfigError({fmt::format("store {} would be written over {}", study.store, file)});
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  return std::filesystem::weakly_canonical(std::filesystem::absolute(a)) ==
+         std::filesystem::weakly_canonical(std::filesystem::absolute(b));
+}
+
+void write_text(const std::string& file, const std::string& text) {
+  std::ofstream stream(file);
+  stream << text;
+  stream.close();
+  if (!stream) throw std::runtime_error(file + ": cannot be written");
+}
+
+std::string csv_cell(std::string text) {
+  for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) text.insert(at, 1, '"');
+  return '"' + text + '"';
 }
 
 Campaign campaign_of(const Study& study, const std::vector<std::string>& more, const std::string& what) {

@@ -30,6 +30,17 @@ std::vector<std::string> settings(const Node& map);
 /// A node as YAML in one line.
 std::string flow_text(const Node& node);
 
+/// Refuses a store whose place the table or the picture beside it would take, or that would take the place of
+/// the study's file or its base. Throws ConfigError.
+void check_store(const Study& study);
+bool same_file(const std::string& a, const std::string& b);
+
+/// Throws std::runtime_error where the file cannot be written.
+void write_text(const std::string& file, const std::string& text);
+
+/// A text as a cell of a CSV file.
+std::string csv_cell(std::string text);
+
 /// The campaign of the study's base with `more` set behind its own overrides. Throws ConfigError, each line
 /// with `what` in front.
 Campaign campaign_of(const Study& study, const std::vector<std::string>& more, const std::string& what);

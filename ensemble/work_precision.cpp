@@ -4,7 +4,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
 #include "ensemble/choose_device.hpp"
@@ -17,13 +16,6 @@
 namespace cohort {
 
 namespace {
-
-void write_text(const std::string& path, const std::string& text) {
-  std::ofstream stream(path);
-  stream << text;
-  stream.close();
-  if (!stream) throw std::runtime_error(path + ": cannot be written");
-}
 
 /// Leaves out the settings that an interrupted study has not run.
 void keep_what_has_run(WorkPrecision& result) {
@@ -47,13 +39,13 @@ WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisio
   result.design = design;
   result.device = device.info().name;
   result.triad_GB_per_s = device.triad_GB_per_s();
-  result.whole = run_settings(device, study_of(study, scene), design, result.reference, result.runs);
+  result.whole = run_settings(device, in_scene(study, scene), design, result.reference, result.runs);
   if (!result.whole) keep_what_has_run(result);
   if (result.runs.empty()) throw std::runtime_error("interrupted before a setting had run");
   result.errors = measure_errors(design.measures, result.runs, design.reference ? &result.reference : nullptr,
                                  design.known);
-  result.orders = observed_orders(result.design, result.errors);
-  result.rounding = rounding_shares(result.design, result.runs, result.errors);
+  result.orders = observed_orders(result.runs, design.reference ? &result.reference : nullptr, result.errors);
+  result.rounding = rounding_shares(result.runs, result.errors);
   return result;
 }
 

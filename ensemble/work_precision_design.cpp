@@ -3,17 +3,19 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 
-#include <algorithm>
 #include <filesystem>
-#include <set>
 
 #include "ensemble/config.hpp"
+#include "ensemble/identity.hpp"
 #include "ensemble/measure_accuracy.hpp"
 #include "ensemble/read_values.hpp"
+#include "solver/mechanics.hpp"
 
 namespace cohort {
 
 namespace {
+
+constexpr std::int64_t most_repeats = 1000;
 
 /// What a value of `path` is called where it stands in a label: "2 mm", "0.01 ms", "double", "step_factor 2".
 std::string called(const std::string& path, const std::string& value) {
@@ -31,17 +33,22 @@ std::string called(const std::string& path, const std::string& value) {
 }
 
 /// The alternatives of every key of `group`, multiplied out; the first key varies slowest.
-std::vector<Setting> product(const Node& group, const std::string& name) {
+std::vector<Setting> product(const Node& group, const std::string& name, Mistakes& mistakes) {
   std::vector<Setting> all = {Setting{name, {}}};
   for (const Node::Entry& entry : group.entries) {
     if (entry.key == "label") continue;
     std::vector<Node> alternatives =
         entry.value.kind == Node::Kind::sequence ? entry.value.items : std::vector<Node>{entry.value};
+    if (alternatives.empty()) {
+      mistakes.add(entry.place, entry.key + " is an empty list: name its alternatives, or leave it out");
+      continue;
+    }
     std::vector<Setting> next;
     for (const Setting& before : all)
       for (const Node& value : alternatives) {
         Setting setting = before;
         setting.values.emplace_back(entry.key, flow_text(value));
+        setting.places.push_back(entry.place);
         if (alternatives.size() > 1 || name.empty())
           setting.label +=
               fmt::format("{}{}", setting.label.empty() ? "" : " ", called(entry.key, flow_text(value)));
@@ -66,7 +73,7 @@ std::vector<Setting> read_settings(Node& list, Mistakes& mistakes) {
     }
     std::string label;
     if (Node* node = group.find("label")) label = read_text(*node, "label", mistakes).value_or("");
-    for (Setting& setting : product(group, label)) result.push_back(std::move(setting));
+    for (Setting& setting : product(group, label, mistakes)) result.push_back(std::move(setting));
   }
   return result;
 }
@@ -87,8 +94,10 @@ void read_reference(Node& node, WorkPrecisionDesign& design, Mistakes& mistakes)
     return;
   }
   design.reference = Setting{"reference", {}};
-  for (const Node::Entry& entry : node.entries)
+  for (const Node::Entry& entry : node.entries) {
     design.reference->values.emplace_back(entry.key, flow_text(entry.value));
+    design.reference->places.push_back(entry.place);
+  }
 }
 
 }  // namespace
@@ -99,7 +108,7 @@ std::vector<std::string> Setting::overrides() const {
   return result;
 }
 
-Study study_of(const Study& study, const Setting& scene) {
+Study in_scene(const Study& study, const Setting& scene) {
   Study result = study;
   // What the command line sets stands behind, and wins.
   const std::vector<std::string> own = scene.overrides();
@@ -107,30 +116,24 @@ Study study_of(const Study& study, const Setting& scene) {
   return result;
 }
 
-namespace {
-
-/// Every setting is a campaign, in every scene; marks the default, or adds it.
-void check_settings(const Study& study, WorkPrecisionDesign& design) {
-  std::set<std::string> labels;
-  for (const Setting& scene : design.scenes) {
-    const Study own = study_of(study, scene);
-    const std::string base = campaign_of(own, {}, study.file).sha256;
-    for (Setting& setting : design.settings)
-      setting.is_default =
-          campaign_of(own, setting.overrides(), fmt::format("{}: setting \"{}\"", study.file, setting.label))
-              .sha256 == base;
-    if (design.reference) campaign_of(own, design.reference->overrides(), study.file + ": reference");
-  }
-  for (const Setting& setting : design.settings)
-    if (!labels.insert(setting.label).second)
-      throw ConfigError({fmt::format("{}: two settings are called \"{}\"; give their groups a label",
-                                     study.file, setting.label)});
-  if (std::none_of(design.settings.begin(), design.settings.end(),
-                   [](const Setting& setting) { return setting.is_default; }))
-    design.settings.push_back({"default", {}, true});
+bool is_step(const std::string& path) {
+  return path.ends_with("dx_mm") || path.ends_with("dt_ms") || path.ends_with("step_factor");
 }
 
-}  // namespace
+ResolvedSetting resolved(const Campaign& campaign) {
+  const ParameterTable& table = campaign.scene.parameters;
+  std::vector<double> values = table.values();
+  table.resolve(values);
+  ResolvedSetting result;
+  result.precision = campaign.scene.precision;
+  for (std::size_t i = 0; i < values.size(); ++i) result.values[table.all()[i].path] = values[i];
+  if (campaign.scene.mechanics) result.values["mechanics.dx_mm"] = solid_dx_mm(campaign.scene);
+  Campaign rest = campaign;
+  rest.scene.parameters = {};
+  rest.scene.precision = Precision::single_;
+  result.rest = canonical_text(rest);
+  return result;
+}
 
 WorkPrecisionDesign read_work_precision(Study& study) {
   Mistakes mistakes;
@@ -143,19 +146,27 @@ WorkPrecisionDesign read_work_precision(Study& study) {
   design.scenes = {Setting{}};
   if (Node* node = take_map(root, "for_each", mistakes)) {
     node->read = true;
-    design.scenes = product(*node, "");
+    design.scenes = product(*node, "", mistakes);
   }
   if (Node* node = take(root, "reference"))
     read_reference(*node, design, mistakes);
   else
     mistakes.add(root.place, "\"reference\" is missing: what errors are measured against");
-  if (Node* node = take(root, "measures"))
+  if (Node* node = take(root, "measures")) {
+    const std::size_t before = mistakes.size();
     design.measures = read_texts(*node, "measures", mistakes).value_or(std::vector<std::string>());
-  else
+    if (design.measures.empty() && mistakes.size() == before)
+      mistakes.add(node->place, "measures is an empty list: nothing would be compared");
+  } else {
     mistakes.add(root.place, "\"measures\" is missing: features, or norms of series (ecg, pressure, volume)");
-  if (Node* node = take(root, "repeats"))
-    design.repeats =
-        static_cast<int>(std::min<std::int64_t>(1000, read_whole(*node, "repeats", 1, mistakes).value_or(1)));
+  }
+  if (Node* node = take(root, "repeats")) {
+    const std::int64_t repeats = read_whole(*node, "repeats", 1, mistakes).value_or(1);
+    if (repeats > most_repeats)
+      mistakes.add(node->place, fmt::format("repeats is {}; at most {}", repeats, most_repeats));
+    else
+      design.repeats = static_cast<int>(repeats);
+  }
   if (Node* node = take(root, "measurements"))
     if (const auto name = read_text(*node, "measurements", mistakes))
       design.measurements =
@@ -163,9 +174,8 @@ WorkPrecisionDesign read_work_precision(Study& study) {
   check_keys(root, {}, mistakes);
   if (!design.measurements.empty() && (!design.reference || design.scenes.size() > 1))
     mistakes.add(root.place, "measurements are of one scene against a reference that is run");
+  if (mistakes.empty()) check_design(study, design, mistakes);
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
-
-  check_settings(study, design);
   if (!design.measurements.empty()) check_measurable(study, design);
   return design;
 }

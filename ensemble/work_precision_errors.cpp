@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "ensemble/feature_names.hpp"
@@ -49,21 +49,32 @@ double activation_apart(const SettingRun& run, const SettingRun& reference, std:
   return count == 0 ? NaN : sum / count;
 }
 
-using Difference = std::function<double(const SettingRun& run, const SettingRun& other, std::size_t member)>;
+/// How a measure that is no feature compares two runs.
+struct Norm {
+  std::string unit;
+  std::function<double(const SettingRun& run, const SettingRun& other, std::size_t member)> difference;
+  bool (*recorded)(const Layout& layout);
+};
 
-/// How a measure compares two runs, and its unit; no function for what is no norm of a series.
-std::pair<Difference, std::string> norm(const std::string& measure) {
+const std::map<std::string, Norm>& norms() {
   const auto of_series = [](std::vector<float> Recording::*series) {
     return [series](const SettingRun& run, const SettingRun& other, std::size_t m) {
       return relative_percent(run.recordings[m].*series, other.recordings[m].*series);
     };
   };
-  if (measure == "ecg") return {of_series(&Recording::ecg), "%"};
-  if (measure == "pressure") return {of_series(&Recording::pressure), "%"};
-  if (measure == "volume") return {of_series(&Recording::volume), "%"};
-  if (measure == "displacement") return {of_series(&Recording::displacement), "%"};
-  if (measure == "activation") return {activation_apart, "ms"};
-  return {};
+  const auto ecg = [](const Layout& layout) { return !layout.leads.empty(); };
+  const auto pv = [](const Layout& layout) { return !layout.compartments.empty(); };
+  const auto displacement = [](const Layout& layout) { return !layout.points.empty(); };
+  const auto activation = [](const Layout& layout) {
+    return std::any_of(layout.features.begin(), layout.features.end(), is_activation_time);
+  };
+  static const std::map<std::string, Norm> all = {
+      {"ecg", {"%", of_series(&Recording::ecg), ecg}},
+      {"pressure", {"%", of_series(&Recording::pressure), pv}},
+      {"volume", {"%", of_series(&Recording::volume), pv}},
+      {"displacement", {"%", of_series(&Recording::displacement), displacement}},
+      {"activation", {"ms", activation_apart, activation}}};
+  return all;
 }
 
 double value_of(const SettingRun& run, std::size_t feature, std::size_t member) {
@@ -84,39 +95,17 @@ std::vector<double> reference_values(const std::string& measure, const std::vect
   return result;
 }
 
-/// The value of a setting's path as a number; NaN where it is none.
-double as_number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  return text.empty() || *end != '\0' ? NaN : value;
-}
-
-const std::string* find_value(const Setting& setting, const std::string& path) {
-  for (const auto& [own, value] : setting.values)
-    if (own == path) return &value;
-  return nullptr;
-}
-
-/// The one path in which two settings differ, or nothing.
-std::string only_difference(const Setting& a, const Setting& b) {
-  std::string result;
-  const auto look = [&](const Setting& from, const Setting& at) {
-    for (const auto& [path, value] : from.values) {
-      const std::string* other = find_value(at, path);
-      if ((other && *other == value) || path == result) continue;
-      if (!result.empty()) return false;
-      result = path;
-    }
-    return true;
-  };
-  return look(a, b) && look(b, a) ? result : std::string();
-}
-
-bool is_step(const std::string& path) {
-  return path.ends_with("dx_mm") || path.ends_with("dt_ms") || path.ends_with("step_factor");
-}
-
 }  // namespace
+
+bool is_norm(const std::string& measure) {
+  return norms().contains(measure);
+}
+
+std::optional<std::string> measure_name(const std::string& measure, const Layout& layout) {
+  if (is_norm(measure)) return norms().at(measure).recorded(layout) ? std::optional(measure) : std::nullopt;
+  const auto feature = find_feature(layout.features, measure);
+  return feature ? std::optional(layout.features[*feature]) : std::nullopt;
+}
 
 double MeasureErrors::rms(std::size_t setting) const {
   double sum = 0;
@@ -138,17 +127,17 @@ std::vector<MeasureErrors> measure_errors(const std::vector<std::string>& measur
                                           const std::map<std::string, double>& known) {
   std::vector<MeasureErrors> result;
   for (const std::string& measure : measures) {
-    auto [difference, unit] = norm(measure);
-    if (difference && !reference)
+    const Norm* norm = is_norm(measure) ? &norms().at(measure) : nullptr;
+    if (norm && !reference)
       throw std::runtime_error(
           fmt::format("measures: {} is compared with a run, and the reference is values", measure));
-    if (!difference && !reference && !known.contains(measure))
+    if (!norm && !reference && !known.contains(measure))
       throw std::runtime_error(fmt::format("measures: reference.values has no {}", measure));
-    MeasureErrors errors{measure, unit, {}, {}};
-    errors.reference = reference_values(measure, runs, difference ? nullptr : reference, known);
+    MeasureErrors errors{measure, norm ? norm->unit : "", {}, {}};
+    errors.reference = reference_values(measure, runs, norm ? nullptr : reference, known);
     for (const SettingRun& run : runs) {
       std::optional<std::size_t> feature;
-      if (!difference) {
+      if (!norm) {
         feature = find_feature(run.layout.features, measure);
         if (!feature) throw std::runtime_error("measures: " + no_such_feature(run.layout.features, measure));
         errors.name = run.layout.features[*feature];
@@ -158,8 +147,8 @@ std::vector<MeasureErrors> measure_errors(const std::vector<std::string>& measur
       for (std::size_t m = 0; m < run.recordings.size(); ++m) {
         if (run.recordings[m].outcome != Outcome::done) {
           own.push_back(NaN);
-        } else if (difference) {
-          own.push_back(difference(run, *reference, m));
+        } else if (norm) {
+          own.push_back(norm->difference(run, *reference, m));
         } else {
           own.push_back(value_of(run, *feature, m) - errors.reference[m]);
         }
@@ -171,92 +160,26 @@ std::vector<MeasureErrors> measure_errors(const std::vector<std::string>& measur
   return result;
 }
 
-std::vector<bool> pareto_front(const std::vector<double>& time, const std::vector<double>& error) {
-  std::vector<bool> front(time.size());
-  for (std::size_t i = 0; i < time.size(); ++i) {
-    front[i] = !std::isnan(error[i]);
-    for (std::size_t j = 0; j < time.size(); ++j)
-      if (time[j] <= time[i] && error[j] <= error[i] && (time[j] < time[i] || error[j] < error[i]))
-        front[i] = false;
-  }
-  return front;
-}
-
-double distance_to_front(const std::vector<double>& time, const std::vector<double>& error, std::size_t i) {
-  if (std::isnan(error[i])) return NaN;
-  double least_time = time[i], least_error = error[i];
+FrontDistance distance_to_front(const std::vector<Seconds>& time, const std::vector<double>& error,
+                                std::size_t i) {
+  if (std::isnan(error[i]) || std::isnan(time[i].median)) return {NaN, NaN, NaN};
+  constexpr double same_error = 1e-3;
+  FrontDistance result{1, 1, 1};
   for (std::size_t j = 0; j < time.size(); ++j) {
-    if (error[j] <= error[i]) least_time = std::min(least_time, time[j]);
-    if (time[j] <= time[i] && !std::isnan(error[j])) least_error = std::min(least_error, error[j]);
+    if (std::isnan(error[j]) || std::isnan(time[j].median)) continue;
+    const double noise = std::max(time[i].most - time[i].least, time[j].most - time[j].least);
+    const bool as_exact = std::abs(error[i] - error[j]) <= same_error * std::max(error[i], error[j]);
+    const bool as_fast = std::abs(time[i].median - time[j].median) <= noise;
+    const bool no_slower = time[j].median <= time[i].median;
+    if (!no_slower || !(as_exact || error[j] < error[i])) continue;
+    const double slower = as_fast ? 1 : time[i].median / time[j].median;
+    const double worse = as_exact ? 1 : error[i] / error[j];
+    result.slower = std::max(result.slower, slower);
+    result.worse = std::max(result.worse, worse);
+    // What is equal does not count; of two advantages the smaller.
+    const double by = as_exact ? slower : as_fast ? worse : std::min(slower, worse);
+    result.factor = std::max(result.factor, by);
   }
-  const double by_time = time[i] / least_time;
-  return error[i] == least_error ? 1 : std::min(by_time, error[i] / least_error);
-}
-
-double observed_order(double coarse_error, double fine_error, double coarse_h, double fine_h,
-                      double reference_h) {
-  const double ratio = coarse_error / fine_error;
-  const auto excess = [&](double p) {
-    const double own = reference_h > 0 ? std::pow(reference_h, p) : 0;
-    return (std::pow(coarse_h, p) - own) / (std::pow(fine_h, p) - own) - ratio;
-  };
-  double low = 1e-3, high = 8;
-  if (!(excess(low) < 0) || !(excess(high) > 0)) return NaN;
-  constexpr int bisections = 60;
-  for (int k = 0; k < bisections; ++k) (excess((low + high) / 2) < 0 ? low : high) = (low + high) / 2;
-  return (low + high) / 2;
-}
-
-std::vector<ObservedOrder> observed_orders(const WorkPrecisionDesign& design,
-                                           const std::vector<MeasureErrors>& errors) {
-  std::vector<ObservedOrder> result;
-  const std::vector<Setting>& all = design.settings;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    // The next finer of those that differ in one step alone, for each such step.
-    std::map<std::string, std::pair<double, std::size_t>> next;
-    for (std::size_t j = 0; j < all.size(); ++j) {
-      const std::string path = only_difference(all[i], all[j]);
-      if (!is_step(path) || !find_value(all[i], path) || !find_value(all[j], path)) continue;
-      const double own = as_number(*find_value(all[i], path)), other = as_number(*find_value(all[j], path));
-      if (!(other < own) || !(other > 0)) continue;
-      const auto it = next.find(path);
-      if (it == next.end() || it->second.first < other) next[path] = {other, j};
-    }
-    for (const auto& [path, finer] : next) {
-      const double own = as_number(*find_value(all[i], path));
-      double reference_h = 0;
-      if (design.reference)
-        if (const std::string* value = find_value(*design.reference, path)) reference_h = as_number(*value);
-      if (!(reference_h < finer.first)) continue;
-      for (std::size_t m = 0; m < errors.size(); ++m)
-        result.push_back(
-            {path, i, finer.second, own, finer.first, m,
-             observed_order(errors[m].rms(i), errors[m].rms(finer.second), own, finer.first, reference_h)});
-    }
-  }
-  return result;
-}
-
-std::vector<RoundingShare> rounding_shares(const WorkPrecisionDesign& design,
-                                           const std::vector<SettingRun>& runs,
-                                           const std::vector<MeasureErrors>& errors) {
-  std::vector<RoundingShare> result;
-  const std::vector<Setting>& all = design.settings;
-  const auto precision = [&](std::size_t i) {
-    const std::string* value = find_value(all[i], "precision");
-    return value ? *value : std::string("single");
-  };
-  for (std::size_t i = 0; i < all.size(); ++i)
-    for (std::size_t j = 0; j < all.size(); ++j) {
-      if (precision(i) != "single" || precision(j) != "double") continue;
-      if (only_difference(all[i], all[j]) != "precision") continue;
-      if (!runs[i].outcome.empty() || !runs[j].outcome.empty()) continue;
-      std::vector<std::string> names;
-      for (const MeasureErrors& error : errors) names.push_back(error.name);
-      const std::vector<MeasureErrors> apart = measure_errors(names, {runs[i]}, &runs[j], {});
-      for (std::size_t m = 0; m < errors.size(); ++m)
-        result.push_back({i, j, m, apart[m].rms(0), apart[m].rms(0) / errors[m].rms(i)});
-    }
   return result;
 }
 

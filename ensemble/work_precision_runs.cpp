@@ -82,17 +82,21 @@ void run_once(Device& device, const Prepared& prepared, SettingRun& run) {
   if (!run.recordings.empty()) return;
   run.recordings = std::move(recordings);
   run.layout = layout(prepared.campaign.scene);
+  run.resolved = resolved(prepared.campaign);
   run.outcome = outcome_of(run.recordings);
 }
 
 }  // namespace
 
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
 double SettingRun::median_device_s() const {
-  if (device_s.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> sorted = device_s;
-  std::sort(sorted.begin(), sorted.end());
-  const std::size_t half = sorted.size() / 2;
-  return sorted.size() % 2 == 1 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+  return median(device_s);
 }
 
 bool run_settings(Device& device, const Study& study, const WorkPrecisionDesign& design,

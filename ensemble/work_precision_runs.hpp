@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ namespace cohort {
 struct SettingRun {
   std::vector<Recording> recordings;  ///< (N) of the first run
   Layout layout;
+  ResolvedSetting resolved;
   std::vector<double>
       device_s;                ///< a repeat each: of all kernels on the device, every launch timed, a member
   std::vector<double> wall_s;  ///< a repeat each: of the host's clock, a member, kernels compiled by then
@@ -21,6 +23,9 @@ struct SettingRun {
 
   double median_device_s() const;
 };
+
+/// NaN of no values.
+double median(std::vector<double> values);
 
 /// Runs the reference once and every setting `repeats` times, in turns: a machine that drifts harms none.
 /// `runs` takes the place of the settings, `reference` that of the reference where there is one. False where
@@ -38,6 +43,12 @@ struct MeasureErrors {
   double largest(std::size_t setting) const;
 };
 
+/// Whether a measure is a norm of what is recorded, and no feature.
+bool is_norm(const std::string& measure);
+
+/// The whole name of a measure in a scene, or nothing where the scene does not give it.
+std::optional<std::string> measure_name(const std::string& measure, const Layout& layout);
+
 /// Errors of all runs by every measure, against `reference` or, for what it names, `known`. Series are
 /// compared by the root mean square of the difference over that of the reference, in %; `activation` is the
 /// mean absolute difference of all activation times, ms. Throws std::runtime_error for a measure that the
@@ -46,39 +57,24 @@ std::vector<MeasureErrors> measure_errors(const std::vector<std::string>& measur
                                           const std::vector<SettingRun>& runs, const SettingRun* reference,
                                           const std::map<std::string, double>& known);
 
-/// Members of the front: those to which no other setting is better in one of time and error and not worse in
-/// the other. Settings with an error that is no number are not on it.
-std::vector<bool> pareto_front(const std::vector<double>& time, const std::vector<double>& error);
-
-/// By how much setting `i` misses the front: the least factor of time to a setting of no larger error, or of
-/// error to a setting that takes no longer, whichever is smaller; 1 on the front.
-double distance_to_front(const std::vector<double>& time, const std::vector<double>& error, std::size_t i);
-
-/// Order seen between two settings that differ in one length or step alone.
-struct ObservedOrder {
-  std::string path;
-  std::size_t coarse, fine;  ///< settings
-  double coarse_h, fine_h;
-  std::size_t measure;
-  double order;
+/// Seconds of a setting: median, least and most of its repeats.
+struct Seconds {
+  double median, least, most;
 };
 
-/// p with e_coarse / e_fine = (h_coarse^p - r^p) / (h_fine^p - r^p): errors against a run of step r (0: the
-/// truth) are those of the coarse step less its own. NaN where no p in (0, 8) fits.
-double observed_order(double coarse_error, double fine_error, double coarse_h, double fine_h,
-                      double reference_h);
-
-std::vector<ObservedOrder> observed_orders(const WorkPrecisionDesign& design,
-                                           const std::vector<MeasureErrors>& errors);
-
-/// Of a setting in single precision and its twin in double: how far apart they are by a measure, rms over the
-/// members, and that over the error of the single one.
-struct RoundingShare {
-  std::size_t single, twin, measure;
-  double apart, share;
+/// By how much a setting misses the front of time and error.
+struct FrontDistance {
+  /// 1: on the front. Else the smallest factor by which both its time and its error had to shrink so that no
+  /// other setting is better in both: over all others, the smaller of the factors in time and in error, of
+  /// which the largest (the multiplicative epsilon indicator). Errors within 1e-3 are equal, and times within
+  /// the larger of both settings' spreads of repeats: then the other factor counts alone.
+  double factor;
+  double slower;  ///< time over that of the fastest of no larger error
+  double worse;   ///< error over that of the best in no more time
 };
-std::vector<RoundingShare> rounding_shares(const WorkPrecisionDesign& design,
-                                           const std::vector<SettingRun>& runs,
-                                           const std::vector<MeasureErrors>& errors);
+
+/// All NaN for a setting whose error is no number.
+FrontDistance distance_to_front(const std::vector<Seconds>& time, const std::vector<double>& error,
+                                std::size_t i);
 
 }  // namespace cohort

@@ -19,34 +19,22 @@ std::string text_of(const Setting& setting) {
   return fmt::format("{}", fmt::join(setting.overrides(), "; "));
 }
 
-std::pair<double, double> range_of(const std::vector<double>& values) {
-  if (values.empty())
-    return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
-  const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  return {*low, *high};
-}
-
-/// As a field of a CSV file.
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
-  return quoted + '"';
-}
-
-double median_wall_s(const SettingRun& run) {
-  SettingRun other;
-  other.device_s = run.wall_s;
-  return other.median_device_s();
+std::string told(const FrontDistance& distance) {
+  if (distance.factor == 1) return "the default is on the front\n";
+  return fmt::format(
+      "the default is {:.2f} from the front: {:.2f} times as slow as the fastest of no larger "
+      "error; {:.2f} times the error of the best in no more time\n",
+      distance.factor, distance.slower, distance.worse);
 }
 
 std::string measure_table(const WorkPrecision& result, std::size_t m) {
-  const std::vector<double> time = result.times(), error = result.rms(m);
-  const std::vector<bool> front = pareto_front(time, error);
+  const std::vector<Seconds> time = result.times();
+  const std::vector<double> error = result.rms(m);
+  const std::vector<FrontDistance> distances = result.distances(m);
   std::vector<std::size_t> order(time.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return time[a] < time[b]; });
+                   [&](std::size_t a, std::size_t b) { return time[a].median < time[b].median; });
   TextTable table(
       {Align::left, Align::right, Align::right, Align::right, Align::right, Align::right, Align::left});
   const MeasureErrors& measure = result.errors[m];
@@ -59,17 +47,17 @@ std::string measure_table(const WorkPrecision& result, std::size_t m) {
       table.add({setting.label, "-", "-", "-", "-", "-", run.outcome});
       continue;
     }
-    const auto [low, high] = range_of(run.device_s);
+    const auto [median, low, high] = time[i];
+    const bool front = distances[i].factor == 1;
     table.add({setting.label, fmt::format("{:.3g}", error[i]), fmt::format("{:.3g}", measure.largest(i)),
-               fmt::format("{:.4g}", time[i]), fmt::format("{:.0f} %", 100 * (high - low) / time[i]),
-               fmt::format("{:.0f} %", 100 * run.roof_s / time[i]),
-               fmt::format("{}{}", front[i] ? "front" : "",
-                           setting.is_default ? (front[i] ? ", default" : "default") : "")});
+               fmt::format("{:.4g}", median), fmt::format("{:.0f} %", 100 * (high - low) / median),
+               fmt::format("{:.0f} %", 100 * run.roof_s / median),
+               fmt::format("{}{}", front ? "front" : "",
+                           setting.is_default ? (front ? ", default" : "default") : "")});
   }
   std::string text = table.text();
   const std::size_t own = result.default_setting();
-  if (own < result.runs.size() && result.runs[own].outcome.empty())
-    text += fmt::format("the default is {:.2f} from the front\n", distance_to_front(time, error, own));
+  if (own < result.runs.size() && result.runs[own].outcome.empty()) text += told(distances[own]);
   return text;
 }
 
@@ -90,8 +78,10 @@ std::string order_table(const WorkPrecision& result) {
   const std::size_t measures = result.errors.size();
   for (std::size_t k = 0; k < result.orders.size(); k += measures) {
     const ObservedOrder& pair = result.orders[k];
-    std::vector<std::string> row = {
-        fmt::format("{}, {} to {}", result.design.settings[pair.coarse].label, pair.path, pair.fine_h)};
+    const bool several = pair.path.find(',') != std::string::npos;
+    std::vector<std::string> row = {fmt::format("{}, {} {} {:g}", result.design.settings[pair.coarse].label,
+                                                pair.path, several ? "by" : "to",
+                                                several ? pair.coarse_h / pair.fine_h : pair.fine_h)};
     for (std::size_t m = 0; m < measures; ++m) {
       const double order = result.orders[k + m].order;
       row.push_back(std::isnan(order) ? "-" : fmt::format("{:.2f}", order));
@@ -115,9 +105,25 @@ std::string rounding_table(const WorkPrecision& result) {
 
 }  // namespace
 
-std::vector<double> WorkPrecision::times() const {
-  std::vector<double> result;
-  for (const SettingRun& run : runs) result.push_back(run.median_device_s());
+std::vector<Seconds> WorkPrecision::times() const {
+  std::vector<Seconds> result;
+  for (const SettingRun& run : runs) {
+    const double middle = run.median_device_s();
+    if (run.device_s.empty()) {
+      result.push_back({middle, middle, middle});
+      continue;
+    }
+    const auto [least, most] = std::minmax_element(run.device_s.begin(), run.device_s.end());
+    result.push_back({middle, *least, *most});
+  }
+  return result;
+}
+
+std::vector<FrontDistance> WorkPrecision::distances(std::size_t measure) const {
+  const std::vector<Seconds> time = times();
+  const std::vector<double> error = rms(measure);
+  std::vector<FrontDistance> result;
+  for (std::size_t i = 0; i < runs.size(); ++i) result.push_back(distance_to_front(time, error, i));
   return result;
 }
 
@@ -140,7 +146,8 @@ void write_scene(hid_t group, const WorkPrecision& result) {
   const auto repeats = static_cast<std::size_t>(result.design.repeats);
   constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> labels, sets, outcomes, names, units;
-  std::vector<double> own, roof, device, wall, rms, largest, front, member_errors, references;
+  std::vector<double> own, roof, device, wall, rms, largest, member_errors, references;
+  std::vector<double> front, distance, slower, worse;
   for (std::size_t i = 0; i < rows; ++i) {
     const SettingRun& run = result.runs[i];
     labels.push_back(result.design.settings[i].label);
@@ -153,14 +160,18 @@ void write_scene(hid_t group, const WorkPrecision& result) {
       wall.push_back(k < run.wall_s.size() ? run.wall_s[k] : nothing);
     }
   }
-  const std::vector<double> times = result.times();
   std::size_t members = 0;
   for (std::size_t m = 0; m < measures; ++m) {
     names.push_back(result.errors[m].name);
     units.push_back(result.errors[m].unit);
     const std::vector<double> errors = result.rms(m);
     rms.insert(rms.end(), errors.begin(), errors.end());
-    for (const bool on : pareto_front(times, errors)) front.push_back(on ? 1 : 0);
+    for (const FrontDistance& own_distance : result.distances(m)) {
+      front.push_back(own_distance.factor == 1 ? 1 : 0);
+      distance.push_back(own_distance.factor);
+      slower.push_back(own_distance.slower);
+      worse.push_back(own_distance.worse);
+    }
     for (std::size_t i = 0; i < rows; ++i) {
       largest.push_back(result.errors[m].largest(i));
       members = result.errors[m].of[i].size();
@@ -181,6 +192,9 @@ void write_scene(hid_t group, const WorkPrecision& result) {
   hdf5::write_numbers(group, "measures/rms", {measures, rows}, rms);
   hdf5::write_numbers(group, "measures/largest", {measures, rows}, largest);
   hdf5::write_numbers(group, "measures/front", {measures, rows}, front);
+  hdf5::write_numbers(group, "measures/distance", {measures, rows}, distance);
+  hdf5::write_numbers(group, "measures/times_as_slow", {measures, rows}, slower);
+  hdf5::write_numbers(group, "measures/times_the_error", {measures, rows}, worse);
   hdf5::write_numbers(group, "measures/error", {measures, rows, members}, member_errors);
   hdf5::write_numbers(group, "measures/reference", {measures, members}, references);
 }
@@ -210,19 +224,21 @@ namespace {
 
 std::string scene_csv(const WorkPrecision& result) {
   std::string text;
-  const std::vector<double> times = result.times();
+  const std::vector<Seconds> times = result.times();
   for (std::size_t m = 0; m < result.errors.size(); ++m) {
+    const MeasureErrors& measure = result.errors[m];
     const std::vector<double> errors = result.rms(m);
-    const std::vector<bool> front = pareto_front(times, errors);
+    const std::vector<FrontDistance> distances = result.distances(m);
     for (std::size_t i = 0; i < result.runs.size(); ++i) {
       const SettingRun& run = result.runs[i];
       const Setting& setting = result.design.settings[i];
-      const auto [low, high] = range_of(run.device_s);
-      text += fmt::format("{},{},{},{:d},{},{},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:d},{}\n",
-                          field(result.scene), field(setting.label), field(text_of(setting)),
-                          setting.is_default, result.errors[m].name, result.errors[m].unit, errors[i],
-                          result.errors[m].largest(i), times[i], low, high, median_wall_s(run), run.roof_s,
-                          front[i] ? 1 : 0, field(run.outcome));
+      const FrontDistance& distance = distances[i];
+      text += fmt::format("{},{},{},{:d},{},{},", csv_cell(result.scene), csv_cell(setting.label),
+                          csv_cell(text_of(setting)), setting.is_default, measure.name, measure.unit);
+      text += fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},", errors[i], measure.largest(i),
+                          times[i].median, times[i].least, times[i].most, median(run.wall_s), run.roof_s);
+      text += fmt::format("{:d},{:.6g},{:.6g},{:.6g},{}\n", distance.factor == 1, distance.factor,
+                          distance.slower, distance.worse, csv_cell(run.outcome));
     }
   }
   return text;
@@ -233,7 +249,7 @@ std::string scene_csv(const WorkPrecision& result) {
 std::string study_csv(const std::vector<WorkPrecision>& scenes) {
   std::string text =
       "scene,setting,set,default,measure,unit,error_rms,error_largest,device_s,device_s_least,device_s_most,"
-      "wall_s,roof_s,front,outcome\n";
+      "wall_s,roof_s,front,distance,times_as_slow,times_the_error,outcome\n";
   for (const WorkPrecision& scene : scenes) text += scene_csv(scene);
   return text;
 }

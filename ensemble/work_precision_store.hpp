@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "ensemble/work_precision_runs.hpp"
+#include "ensemble/work_precision_orders.hpp"
 
 namespace cohort {
 
@@ -20,9 +20,10 @@ struct WorkPrecision {
   double triad_GB_per_s = 0;
   bool whole = true;  ///< false where it was interrupted: what had not run is left out
 
-  std::vector<double> times() const;                   ///< (R) median device seconds of a member
-  std::vector<double> rms(std::size_t measure) const;  ///< (R)
-  std::size_t default_setting() const;                 ///< R where it has not run
+  std::vector<Seconds> times() const;                               ///< (R) of the device, for a member
+  std::vector<double> rms(std::size_t measure) const;               ///< (R)
+  std::vector<FrontDistance> distances(std::size_t measure) const;  ///< (R)
+  std::size_t default_setting() const;                              ///< R where it has not run
 };
 
 /// Writes the HDF5 file; analysis/study.py names what is in it. Throws std::runtime_error.

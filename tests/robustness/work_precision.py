@@ -40,6 +40,29 @@ def cohort(folder, *arguments):
     return subprocess.run([COHORT, *arguments], cwd=folder, capture_output=True, text=True, timeout=200)
 
 
+def factors(line):
+    """Distance, times as slow, times the error, as printed."""
+    return ["1.00"] * 3 if line.endswith("on the front") else [word for word in line.split() if word[0].isdigit()]
+
+
+def check_front(device_s, rms, front, distance, slow, wrong):
+    """By the definition in configs/studies/README.md, written once more."""
+    time, spread = numpy.median(device_s, axis=1), numpy.ptp(device_s, axis=1)
+    for m, error in enumerate(rms):
+        for i in range(len(time)):
+            ratios = []
+            for j in range(len(time)):
+                equal = abs(error[i] - error[j]) <= 1e-3 * max(error[i], error[j])
+                if time[j] <= time[i] and (equal or error[j] < error[i]):
+                    noise = abs(time[i] - time[j]) <= max(spread[i], spread[j])
+                    ratios.append((1 if noise else time[i] / time[j], 1 if equal else error[i] / error[j]))
+            want = max([1] + [min((r for r in pair if r != 1), default=1) for pair in ratios])
+            found = (distance[m, i], slow[m, i], wrong[m, i])
+            expect(f"distance of setting {i} from the front of measure {m}",
+                   numpy.allclose(found, (want, *(max([1] + [pair[k] for pair in ratios]) for k in (0, 1)))) and front[m, i] == (want == 1),
+                   f"{found} {ratios}")
+
+
 def study(folder):
     (folder / "study.yaml").write_text(STUDY)
     result = cohort(folder, "study", "study.yaml")
@@ -57,11 +80,7 @@ def study(folder):
         expect("values of the reference, none of norms", numpy.isnan(reference[0]).all() and ((reference[1:] > 20) & (reference[1:] < 200)).all(),
                reference)
         expect("finer steps have smaller errors", (numpy.diff(rms[:, :4], axis=1) < 0).all(), rms)
-        front, times = scene["measures/front"][:], numpy.median(device_s, axis=1)
-        for m in range(3):
-            beaten = [any(times[j] <= times[i] and rms[m, j] <= rms[m, i] and (times[j], rms[m, j]) != (times[i], rms[m, i])
-                          for j in range(7)) for i in range(7)]
-            expect(f"front of measure {m}", [not b for b in beaten] == [f > 0 for f in front[m]])
+        check_front(device_s, rms, *(scene[f"measures/{name}"][:] for name in ("front", "distance", "times_as_slow", "times_the_error")))
     rows = list(csv.DictReader(open(folder / "study.csv", newline="")))
     expect("a row of the CSV for each setting and measure", len(rows) == 21)
     expect("orders and rounding are told", "observed order" in result.stdout and "rounding of single" in result.stdout, result.stdout)
@@ -72,10 +91,11 @@ def study(folder):
     (folder / "page").mkdir()
     page = subprocess.run([sys.executable, "-m", "analysis.studies", folder, folder / "page"], cwd=SOURCE, capture_output=True, text=True)
     text = (folder / "page" / "studies.md").read_text() if page.returncode == 0 else ""
-    told = [line.split("from the front")[0].split()[-1] for line in result.stdout.splitlines() if line.endswith("from the front")]
-    listed = [line.split("|")[6].strip() for line in text.splitlines() if line.startswith("| -")]
-    expect("a page of studies, with the same distances from the front", len(told) == 3 and listed == told and "observed order" in text,
-           f"{page.stderr} {told} {listed}")
+    told = [factors(line) for line in result.stdout.splitlines() if line.startswith("the default is")]
+    listed = [[cell.strip() for cell in line.split("|")[6:9]] for line in text.splitlines() if line.startswith("| -")]
+    columns = [[f"{float(row[name]):.2f}" for name in ("distance", "times_as_slow", "times_the_error")] for row in rows if row["default"] == "1"]
+    expect("page and CSV have the distances that are printed", len(told) == 3 and listed == told == columns and "observed order" in text,
+           f"{page.stderr} {told} {listed} {columns}")
     return dict(zip(labels, rms[1]))
 
 
@@ -87,7 +107,7 @@ def campaign(folder, accuracy, *arguments):
 
 
 def interrupted(folder):
-    (folder / "long.yaml").write_text(STUDY.replace("repeats: 2", "repeats: 5000").replace("measured.yaml", "never.yaml"))
+    (folder / "long.yaml").write_text(STUDY.replace("repeats: 2", "repeats: 1000").replace("measured.yaml", "never.yaml"))
     process = subprocess.Popen([COHORT, "study", "long.yaml", "--store", "long.h5"], cwd=folder, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True)
     told = []
@@ -112,6 +132,9 @@ def choices(folder, rms):
     told = campaign(folder, "{LV_EF: %g, measurements: measured.yaml}" % (6 * rms["circulation 1 ms"])).stdout
     expect("a narrow one a finer step, and says what is too coarse",
            "accuracy: circulation 1 ms" in told and "too coarse is circulation 8 ms" in told, told)
+    told = cohort(folder, "parameters", "campaign.yaml", "--set", "campaign.members=3", "--set", "time.beats.until_periodic=0.0001",
+                  "--set", "time.beats.at_most=30").stdout
+    expect("which the campaign then has", [line.split()[2] for line in told.splitlines() if line.startswith("circulation.dt_ms")] == ["1"], told)
     for name, accuracy, arguments, message in [
             ("nothing is good enough", "{LV_EF: 1e-12, measurements: measured.yaml}", [], "no setting measured in measured.yaml is as accurate"),
             ("a feature that nobody measured", "{QRS: 3 ms, measurements: measured.yaml}", [], "QRS: no such feature"),
@@ -147,16 +170,56 @@ def bad_studies(folder):
             ("too few members for measurements", "campaign.members: 5", "campaign.members: 3", "measurements need 4 members"),
             ("measurements of what is no setting", "settings:\n", "settings:\n  - {circulation.lv.contraction_ms: 200}\n", "not of circulation.lv.contraction_ms"),
             ("no repeats", "repeats: 2", "repeats: 0", "repeats"),
-            ("no such measure", "LV_EF", "LV_EFF", "no such feature")]:
-        (folder / "bad.yaml").write_text(STUDY.replace(before, after, 1))
+            ("too many repeats", "repeats: 2", "repeats: 5000000", "at most 1000"),
+            ("one value twice", "[8, 4, 2, 1]", "[4, 4.0]", "are the same"),
+            ("no alternatives", "[8, 4, 2, 1]", "[]", "is an empty list"),
+            ("no alternatives beside others", "circulation.dt_ms: [8, 4], precision", "circulation.dt_ms: [], precision", "bad.yaml:6:"),
+            ("no scenes", "repeats: 2", "repeats: 2\nfor_each: {circulation.dt_ms: []}", "is an empty list"),
+            ("more members in a setting", "precision: double", "campaign.members: 7", "bad.yaml:6:48: setting"),
+            ("other points in a setting", "precision: double", "campaign.seed: 7", "has other members"),
+            ("another range in the reference", "dt_ms: 0.1}", "dt_ms: 0.1, parameters: {circulation.lv.active_elastance_mmHg_per_mL: {uniform: [2, 3]}}}",
+             "the reference has other members"),
+            ("more members in the reference", "dt_ms: 0.1}", "dt_ms: 0.1, campaign.members: 9}", "the reference has other members"),
+            ("no such measure", "LV_EF", "LV_EFF", "no such feature"),
+            ("no measures", "[volume, LV_EF, lv_peak_mmHg]", "[]", "nothing would be compared"),
+            ("a measure twice", "lv_peak_mmHg]", "lv_ef_percent]", "lv_ef_percent stands there twice"),
+            ("an ECG of no scene", "[volume,", "[ecg,", "ecg is no output of the scene"),
+            ("a norm against values", "reference: {circulation.dt_ms: 0.1}", "reference: {values: {LV_EF: 55}}", "volume needs a reference that is run"),
+            ("a value of no measure", "reference: {circulation.dt_ms: 0.1}\nmeasures: [volume, LV_EF, lv_peak_mmHg]",
+             "reference: {values: {lv_ef_percent: 55, LV_EDV: 120}}\nmeasures: [LV_EF]", "LV_EDV is none of the measures"),
+            ("a measure without its value", "reference: {circulation.dt_ms: 0.1}\nmeasures: [volume, ", "reference: {values: {LV_EF: 55}}\nmeasures: [",
+             "has no lv_peak_mmHg"),
+            ("measurements in no folder", "measured.yaml", "nowhere/measured.yaml", "is no folder"),
+            ("measurements over the study", "measured.yaml", "./bad.yaml", "written over"),
+            ("measurements over the table", "measured.yaml", "bad.csv", "written over")]:
+        text = STUDY.replace(before, after, 1)
+        if "values:" in after:
+            text = text.replace("measurements: measured.yaml\n", "")
+        (folder / "bad.yaml").write_text(text)
         result = cohort(folder, "study", "bad.yaml", "--store", "bad.h5")
-        expect(name, result.returncode in (1, 3) and message in result.stderr and not (folder / "bad.h5").exists(),
-               f"{result.returncode}: {result.stderr}")
+        expect(name, result.returncode == 1 and message in result.stderr and not (folder / "bad.h5").exists()
+               and (folder / "bad.yaml").read_text() == text, f"{result.returncode}: {result.stderr}")
+    for store in ("bad.csv", "bad.png", "bad.yaml", ""):
+        (folder / "bad.yaml").write_text(STUDY.replace("study.h5", store or '""'))
+        result = cohort(folder, "study", "bad.yaml")
+        expect(f'a store called "{store}"', result.returncode == 1 and "store" in result.stderr, f"{result.returncode}: {result.stderr}")
+
+
+def values_by_any_name(folder):
+    text = STUDY.replace("reference: {circulation.dt_ms: 0.1}\nmeasures: [volume, LV_EF, lv_peak_mmHg]",
+                         "reference: {values: {LV_EF: 55}}\nmeasures: [lv_ef_percent]")
+    text = text.replace("[8, 4, 2, 1]", "[8, 4]").replace("repeats: 2", "repeats: 1").replace("measurements: measured.yaml\n", "")
+    (folder / "values.yaml").write_text(text)
+    result = cohort(folder, "study", "values.yaml", "--store", "values.h5")
+    expect("a known value is found by the feature's short name", result.returncode == 0, result.stderr)
+    with h5py.File(folder / "values.h5") as file:
+        expect("and is what errors are from", (file["000/measures/reference"][:] == 55).all())
 
 
 with tempfile.TemporaryDirectory() as temporary:
     place = pathlib.Path(temporary)
     choices(place, study(place))
     interrupted(place)
+    values_by_any_name(place)
     bad_studies(place)
 sys.exit(1 if failures else 0)
