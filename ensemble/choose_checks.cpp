@@ -51,7 +51,7 @@ std::int64_t check_count(const Campaign& campaign) {
   const double share = campaign.check_fraction * static_cast<double>(campaign.members);
   const auto count =
       std::min(campaign.members, static_cast<std::int64_t>(std::floor(share + 0.5 + rounding)));
-  return share > 0 && campaign.members >= least ? std::max(count, least) : count;
+  return count > 0 ? std::min(campaign.members, std::max(count, least)) : 0;
 }
 
 std::vector<double> unit_points(const Samples& samples, std::int64_t members) {

@@ -156,7 +156,7 @@ const std::vector<StructureKey>& structure_keys() {
       {"campaign.seed", "whole number", "0", "of the random numbers"},
       {"campaign.points", "text", "required with `csv`", "CSV of the members, relative to the campaign file"},
       {"campaign.check_fraction", "number, 0 to 1", "0.02",
-       "of the members, but at least 3 where there are as many, run again at half the spacing and the step: "
+       "of the members, rounded, and 3 at least if it comes to any, run again at half the spacing and the step: "
        "`/members/error_estimate`; 0: none"},
       {"campaign.timeout_s", "number, s", "3600", "of one member; a check has 32 times as long"},
       {"campaign.retries", "whole number", "0",

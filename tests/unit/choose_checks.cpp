@@ -54,9 +54,10 @@ TEST(ChooseChecks, AHalfIsRoundedUpAndThreeAreTheLeast) {
     return check_count(campaign);
   };
   EXPECT_EQ(count(0.02, 1), 0);
-  EXPECT_EQ(count(0.02, 2), 0);
-  EXPECT_EQ(count(0.02, 3), 3);
-  EXPECT_EQ(count(0.02, 24), 3);
+  EXPECT_EQ(count(0.02, 24), 0);
+  EXPECT_EQ(count(0.02, 25), 3);
+  EXPECT_EQ(count(0.3, 2), 2);
+  EXPECT_EQ(count(0.3, 4), 3);
   EXPECT_EQ(count(0.02, 174), 3);
   EXPECT_EQ(count(0.02, 175), 4);
   EXPECT_EQ(count(0.02, 10'000), 200);
