@@ -356,13 +356,13 @@ RowImage Store::prepare_requeue(std::int64_t member, const Account& account,
                                 const std::string& reason) const {
   const auto row = static_cast<std::size_t>(member);
   RowImage image;
+  if (!reason.empty())  // before the halving that it is the reason of
+    image.account_.push_back(piece(Column::reason, row, bytes_of_text(reason, reason_bytes)));
   image.account_.push_back(
       piece(Column::attempts, row, bytes_of(static_cast<std::int32_t>(account.attempts))));
   image.account_.push_back(piece(Column::crashes, row, bytes_of(static_cast<std::int32_t>(account.crashes))));
   if (rows(Column::step_factor) > 0)
     image.account_.push_back(piece(Column::step_factor, row, bytes_of(step_factor(account.halvings))));
-  if (!reason.empty())
-    image.account_.push_back(piece(Column::reason, row, bytes_of_text(reason, reason_bytes)));
   image.status_.push_back(piece(Column::status, row, bytes_of(Status::queued)));
   return image;
 }

@@ -183,11 +183,20 @@ class Worker {
       const bool first = status == Status::unstable && account.halvings++ == 0;
       return store_.prepare_requeue(id, account, first ? recording.reason : "");
     }
-    const std::string before = claimed.account.halvings > 0 ? store_.reason(id) : "";
-    if (status == Status::done || before.empty()) return store_.prepare(id, samples_, recording, account);
+    if (status == Status::done || claimed.account.halvings == 0)
+      return store_.prepare(id, samples_, recording, account);
     Recording told = recording;
-    told.reason += fmt::format("; with the whole step it was: {}", before);
+    told.reason += first_cause(store_.reason(id));
     return store_.prepare(id, samples_, told, account);
+  }
+
+  /// What a row that was halved says of its first attempt. A process killed while it wrote the row may have
+  /// left both there.
+  static std::string first_cause(const std::string& reason) {
+    const std::string joint = "; with the whole step it was: ";
+    const std::size_t place = reason.find(joint);
+    const std::string first = place == std::string::npos ? reason : reason.substr(place + joint.size());
+    return first.empty() ? first : joint + first;
   }
 
   /// Rows for a batch that took its process with it, or threw. Among several the culprit is not known: each

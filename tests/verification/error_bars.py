@@ -134,7 +134,7 @@ class OfUncheckedMembers(Folder):
 class OfOneCampaign(Folder):
     def test_a_check_that_does_not_fit_leaves_the_campaign_complete(self):
         store = self.folder / "small.h5"
-        overrides = ["grid.dx_mm=6", "campaign.members=4"]  # of which three are checked, the least
+        overrides = ["grid.dx_mm=6", "campaign.members=4", "campaign.check_fraction=0.3"]  # of which three are checked, the least
         plans = [subprocess.run([COHORT, "plan", str(SOURCE / "configs/ecg_campaign.yaml"), "--device", "cpu", "--set", f"grid.dx_mm={dx}"],
                                 check=True, capture_output=True, text=True).stdout for dx in (6, 3)]
         megabytes = [float(line.split()[1]) for plan in plans for line in plan.splitlines() if line.startswith("memory  ")]
