@@ -1,5 +1,7 @@
 #include "ensemble/hdf5.hpp"
 
+#include <algorithm>
+
 namespace cohort::hdf5 {
 namespace {
 
@@ -57,6 +59,23 @@ void Handle::close(const std::string& what) {
   const hid_t id = id_;
   id_ = -1;
   check(close_(id), what);
+}
+
+Handle file_in_memory() {
+  constexpr std::size_t grows_by = 1 << 20;
+  const std::string name = "file in memory";
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, name);
+  check(H5Pset_fapl_core(access, grows_by, 0), name);
+  return Handle(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, name);
+}
+
+std::string image(hid_t file) {
+  check(H5Fflush(file, H5F_SCOPE_GLOBAL), "file in memory");
+  const ssize_t size = H5Fget_file_image(file, nullptr, 0);
+  std::string bytes(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
+  if (size < 0 || H5Fget_file_image(file, bytes.data(), bytes.size()) != size)
+    throw std::runtime_error("file in memory: " + last_error());
+  return bytes;
 }
 
 void write_attribute(hid_t object, const char* name, const std::string& value) {

@@ -35,6 +35,12 @@ class Handle {
 /// Throws std::runtime_error "`what`: reason" where `status` is an error.
 void check(herr_t status, const std::string& what);
 
+/// A new file in memory alone, whose bytes image() gives: the library's own files leave half of what was
+/// written, and a crash as the program ends, on a disk that is full.
+Handle file_in_memory();
+/// What a file of file_in_memory() would be on a disk.
+std::string image(hid_t file);
+
 void write_attribute(hid_t object, const char* name, const std::string& value);
 void write_attribute(hid_t object, const char* name, const std::vector<std::string>& values);
 void write_attribute(hid_t object, const char* name, const std::vector<double>& values);

@@ -13,6 +13,7 @@
 #include "ensemble/config.hpp"
 #include "ensemble/feature_names.hpp"
 #include "ensemble/tolerance.hpp"
+#include "ensemble/work_precision_design.hpp"
 #include "solver/mechanics.hpp"
 
 namespace cohort {
@@ -23,8 +24,7 @@ constexpr double unknown = std::numeric_limits<double>::infinity();
 
 /// Lengths, steps and tolerances: the smaller, the finer.
 bool is_resolution(const std::string& path) {
-  return path.ends_with("dx_mm") || path.ends_with("dt_ms") || path.ends_with("step_factor") ||
-         path.ends_with("tolerance") || path.ends_with("until_periodic");
+  return is_step(path) || path.ends_with("tolerance") || path.ends_with("until_periodic");
 }
 
 /// By path, how fine a scene is.
@@ -46,17 +46,84 @@ std::set<std::string> differing(const std::vector<std::map<std::string, double>>
   return result;
 }
 
-/// The largest ratio of what the reference has to what the setting has, of what differs in the study.
-double largest_ratio(const std::map<std::string, double>& setting,
-                     const std::map<std::string, double>& reference, const std::set<std::string>& paths) {
-  double most = 0;
-  for (const std::string& path : paths) {
-    const auto own = setting.find(path), finer = reference.find(path);
-    if (own == setting.end() || finer == reference.end()) continue;
-    most = std::max(most, own->second > 0 && finer->second > 0 ? finer->second / own->second : unknown);
-  }
-  return most;
+/// Two settings, by their places.
+struct Pair {
+  std::size_t coarse, fine;
+};
+
+/// By path, the settings that ended and differ in this step alone, by a factor of 2 or more.
+std::map<std::string, std::vector<Pair>> pairs_of(const std::vector<Campaign>& campaigns,
+                                                  const std::vector<SettingRun>& runs) {
+  constexpr double least_factor = 2 - 1e-9;
+  std::vector<ResolvedSetting> settings;
+  for (const Campaign& campaign : campaigns) settings.push_back(resolved(campaign));
+  std::map<std::string, std::vector<Pair>> result;
+  for (std::size_t i = 0; i < settings.size(); ++i)
+    for (std::size_t j = 0; j < settings.size(); ++j) {
+      if (!runs[i].outcome.empty() || !runs[j].outcome.empty()) continue;
+      const auto apart = coarsening(settings[i], settings[j]);
+      if (apart && apart->paths.size() == 1 && apart->factor >= least_factor)
+        result[apart->paths.front()].push_back({i, j});
+    }
+  return result;
 }
+
+/// Whether a feature is the same, to a thousandth of its error, in all pairs.
+bool is_unaffected(const MeasureErrors& errors, const std::vector<Pair>& pairs) {
+  constexpr double same = 1e-3;
+  for (const auto& [coarse, fine] : pairs) {
+    const double most = same * std::max(errors.rms(coarse), errors.rms(fine));
+    for (std::size_t n = 0; n < errors.of[coarse].size(); ++n)
+      if (!(std::abs(errors.of[coarse][n] - errors.of[fine][n]) <= most)) return false;
+  }
+  return !pairs.empty();
+}
+
+/// What a study knows of how its reference is off.
+class ReferenceErrors {
+ public:
+  ReferenceErrors(const std::vector<Campaign>& campaigns, const std::vector<SettingRun>& runs,
+                  const Scene& reference)
+      : pairs_(pairs_of(campaigns, runs)), reference_(resolutions(reference)) {
+    for (const Campaign& campaign : campaigns) settings_.push_back(resolutions(campaign.scene));
+    std::vector<std::map<std::string, double>> all = settings_;
+    all.push_back(reference_);
+    paths_ = differing(all);
+  }
+
+  /// The largest shortfall of a setting's errors by a feature, of all lengths, steps and tolerances that
+  /// differ.
+  double shortfall_of(std::size_t setting, const MeasureErrors& errors) const {
+    double most = 1;
+    for (const std::string& path : paths_) {
+      const auto own = settings_[setting].find(path), finer = reference_.find(path);
+      if (own == settings_[setting].end() || finer == reference_.end()) continue;
+      if (!(own->second > 0 && finer->second > 0)) return unknown;
+      const auto found = pairs_.find(path);
+      const std::vector<Pair> pairs = found == pairs_.end() ? std::vector<Pair>() : found->second;
+      if (finer->second < own->second && is_unaffected(errors, pairs)) continue;
+      most = std::max(most, shortfall(finer->second / own->second, order(path, pairs, errors)));
+    }
+    return most;
+  }
+
+ private:
+  /// The least that a pair shows, from 1 to 2.
+  double order(const std::string& path, const std::vector<Pair>& pairs, const MeasureErrors& errors) const {
+    double least = pairs.empty() ? 1 : 2;
+    for (const auto& [coarse, fine] : pairs) {
+      const double seen = observed_order(errors.rms(coarse), errors.rms(fine), settings_[coarse].at(path),
+                                         settings_[fine].at(path), reference_.at(path));
+      least = std::min(least, std::isnan(seen) ? 1 : seen);
+    }
+    return std::max(least, 1.0);
+  }
+
+  std::map<std::string, std::vector<Pair>> pairs_;
+  std::map<std::string, double> reference_;
+  std::vector<std::map<std::string, double>> settings_;
+  std::set<std::string> paths_;
+};
 
 std::vector<std::string> common_lines(const std::vector<std::vector<std::string>>& all) {
   std::vector<std::string> common = all.front();
@@ -70,8 +137,15 @@ std::vector<std::string> common_lines(const std::vector<std::vector<std::string>
 
 }  // namespace
 
-double error_bound(const std::vector<double>& errors, double factor, double ratio) {
-  if (errors.size() < least_measured || !(ratio < 1)) return unknown;
+double shortfall(double ratio, double order) {
+  if (!(ratio < 1)) return unknown;
+  constexpr double safety = 2;
+  const double share = std::pow(ratio, order);
+  return std::min(1 / (1 - ratio), 1 + safety * share / (1 - share));
+}
+
+double error_bound(const std::vector<double>& errors, double factor, double short_by) {
+  if (errors.size() < least_measured || !std::isfinite(short_by)) return unknown;
   const auto n = static_cast<double>(errors.size());
   double mean = 0, square = 0, largest = 0;
   for (const double error : errors) {
@@ -80,7 +154,7 @@ double error_bound(const std::vector<double>& errors, double factor, double rati
     largest = std::max(largest, std::abs(error));
   }
   for (const double error : errors) square += (error - mean) * (error - mean);
-  return std::max(largest, std::abs(mean) + factor * std::sqrt(square / (n - 1))) / (1 - ratio);
+  return std::max(largest, std::abs(mean) + factor * std::sqrt(square / (n - 1))) * short_by;
 }
 
 void check_measurable(Study& study, const WorkPrecisionDesign& design) {
@@ -117,13 +191,9 @@ Measurements measurements_of(const Study& study, const WorkPrecision& result) {
   const double factor = m.members < least_measured ? 0 : tolerance_factor(m.members, 0.95, 0.9);
 
   std::vector<Campaign> campaigns;
-  std::vector<std::map<std::string, double>> fine;
-  for (std::size_t i = 0; i < result.runs.size(); ++i) {
+  for (std::size_t i = 0; i < result.runs.size(); ++i)
     campaigns.push_back(campaign_of(study, result.design.settings[i].overrides(), study.file));
-    fine.push_back(resolutions(campaigns.back().scene));
-  }
-  fine.push_back(resolutions(reference.scene));
-  const std::set<std::string> counts = differing(fine);
+  const ReferenceErrors reference_errors(campaigns, result.runs, reference.scene);
   std::set<std::string> chosen;
   for (const Setting& setting : result.design.settings)
     for (const auto& [path, value] : setting.values) chosen.insert(path);
@@ -135,8 +205,7 @@ Measurements measurements_of(const Study& study, const WorkPrecision& result) {
     const SettingRun& run = result.runs[i];
     structures.push_back(scene_structure(campaigns[i].scene));
     if (!run.outcome.empty()) continue;
-    const double ratio =
-        campaigns[i].sha256 == reference.sha256 ? unknown : largest_ratio(fine[i], fine.back(), counts);
+    const bool is_reference = campaigns[i].sha256 == reference.sha256;
     MeasuredSetting measured{setting.label, setting.values, run.median_device_s(), {}};
     // What only others set it has from the base, and a campaign need not.
     for (const std::string& path : chosen)
@@ -150,9 +219,10 @@ Measurements measurements_of(const Study& study, const WorkPrecision& result) {
       std::vector<double> percent;
       for (std::size_t n = 0; n < errors.of[i].size(); ++n)
         percent.push_back(100 * errors.of[i][n] / errors.reference[n]);
+      const double short_by = is_reference ? unknown : reference_errors.shortfall_of(i, errors);
       measured.errors[errors.name] = {errors.rms(i), errors.largest(i),
-                                      error_bound(errors.of[i], factor, ratio),
-                                      error_bound(percent, factor, ratio)};
+                                      error_bound(errors.of[i], factor, short_by),
+                                      error_bound(percent, factor, short_by)};
     }
     m.settings.push_back(std::move(measured));
   }

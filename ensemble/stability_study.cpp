@@ -41,7 +41,7 @@ StabilityVerdict conclude(const StabilityStudy& study, const std::string& store)
   const StabilityVerdict total = verdict(results);
   const auto stem = std::filesystem::path(store).replace_extension();
   fmt::print("\n{}\n{}\n", stability_report(results), total.text(study.inside_done));
-  write_text(stem.string() + ".csv", stability_csv(results));
+  write_file(stem.string() + ".csv", stability_csv(results));
   std::fflush(stdout);
   stores.insert(stores.end(), {"-o", stem.string() + ".png"});
   const bool drawn = draw("stability", stores);

@@ -156,11 +156,13 @@ const std::vector<StructureKey>& structure_keys() {
       {"campaign.seed", "whole number", "0", "of the random numbers"},
       {"campaign.points", "text", "required with `csv`", "CSV of the members, relative to the campaign file"},
       {"campaign.check_fraction", "number, 0 to 1", "0.02",
-       "of the members, rounded, and 3 at least if it comes to any, run again at half the spacing and the step: "
+       "of the members, rounded, and 3 at least if it comes to any, run again at half the spacing and the "
+       "step: "
        "`/members/error_estimate`; 0: none"},
       {"campaign.timeout_s", "number, s", "3600", "of one member; a check has 32 times as long"},
       {"campaign.retries", "whole number", "0",
-       "further attempts of a member that failed or ran out of time, and as many, three at most, with half the "
+       "further attempts of a member that failed or ran out of time, and as many, three at most, with half "
+       "the "
        "steps each of one that ended unstable"},
       {"campaign.members_per_device", "whole number, at least 1", "by size", "members in one launch"},
       {"campaign.memory_limit_GB", "number, GB", "what the device has", "memory of the device to use"},

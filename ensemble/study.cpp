@@ -121,11 +121,16 @@ bool same_file(const std::string& a, const std::string& b) {
          std::filesystem::weakly_canonical(std::filesystem::absolute(b));
 }
 
-void write_text(const std::string& file, const std::string& text) {
-  std::ofstream stream(file);
-  stream << text;
+void write_file(const std::string& file, const std::string& bytes) {
+  const std::string unfinished = file + ".part";
+  std::ofstream stream(unfinished, std::ios::binary);
+  stream << bytes;
   stream.close();
-  if (!stream) throw std::runtime_error(file + ": cannot be written");
+  std::error_code error;
+  if (stream) std::filesystem::rename(unfinished, file, error);
+  if (stream && !error) return;
+  std::filesystem::remove(unfinished, error);
+  throw std::runtime_error(fmt::format("{}: {} bytes cannot be written", file, bytes.size()));
 }
 
 std::string csv_cell(std::string text) {

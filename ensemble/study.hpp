@@ -35,8 +35,8 @@ std::string flow_text(const Node& node);
 void check_store(const Study& study);
 bool same_file(const std::string& a, const std::string& b);
 
-/// Throws std::runtime_error where the file cannot be written.
-void write_text(const std::string& file, const std::string& text);
+/// Throws std::runtime_error where the file cannot be written, whole or not at all: what stood there stays.
+void write_file(const std::string& file, const std::string& bytes);
 
 /// A text as a cell of a CSV file.
 std::string csv_cell(std::string text);

@@ -41,6 +41,7 @@ WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisio
   result.triad_GB_per_s = device.triad_GB_per_s();
   result.whole = run_settings(device, in_scene(study, scene), design, result.reference, result.runs);
   if (!result.whole) keep_what_has_run(result);
+  result.has_rows = result.runs.size() == design.settings.size();
   if (result.runs.empty()) throw std::runtime_error("interrupted before a setting had run");
   result.errors = measure_errors(design.measures, result.runs, design.reference ? &result.reference : nullptr,
                                  design.known);
@@ -70,9 +71,9 @@ ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
     if (!whole) spdlog::warn("interrupted: what has run until now is written");
     write_study(study.store, study, scenes);
     const std::string csv = std::filesystem::path(store).replace_extension(".csv").string();
-    write_text(csv, study_csv(scenes));
-    if (!design.measurements.empty() && whole)
-      write_text(design.measurements, measurements_text(measurements_of(study, scenes.front())));
+    write_file(csv, study_csv(scenes));
+    if (!design.measurements.empty() && scenes.front().has_rows)
+      write_file(design.measurements, measurements_text(measurements_of(study, scenes.front())));
     for (const WorkPrecision& scene : scenes) fmt::print("{}", study_report(scene));
     std::fflush(stdout);
     const std::string picture = std::filesystem::path(store).replace_extension(".png").string();

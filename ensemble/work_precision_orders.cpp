@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 
 namespace cohort {
 
@@ -18,29 +17,6 @@ constexpr double same_factor = 1e-9;  ///< decimal steps have no exact ratios
 
 bool same(double a, double b) {
   return a == b || (std::isnan(a) && std::isnan(b));
-}
-
-/// The steps in which one setting is coarser than another, all by one factor.
-struct Coarsening {
-  std::vector<std::string> paths;
-  double factor = 1;
-};
-
-/// Nothing where something else differs, too.
-std::optional<Coarsening> coarsening(const ResolvedSetting& coarse, const ResolvedSetting& fine) {
-  if (coarse.rest != fine.rest || coarse.precision != fine.precision) return {};
-  Coarsening result;
-  for (const auto& [path, h] : coarse.values) {
-    const auto there = fine.values.find(path);
-    if (there == fine.values.end()) return {};
-    if (same(h, there->second)) continue;
-    if (!is_step(path) || !(h > there->second) || !(there->second > 0)) return {};
-    const double factor = h / there->second;
-    if (!result.paths.empty() && std::abs(factor / result.factor - 1) > same_factor) return {};
-    result.factor = factor;
-    result.paths.push_back(path);
-  }
-  return result.paths.empty() ? std::nullopt : std::optional(result);
 }
 
 /// The reference's step as a share of the fine one's; nothing where it is not below 1, not known, or another
@@ -61,6 +37,22 @@ std::optional<double> reference_share(const std::vector<std::string>& paths, con
 }
 
 }  // namespace
+
+std::optional<Coarsening> coarsening(const ResolvedSetting& coarse, const ResolvedSetting& fine) {
+  if (coarse.rest != fine.rest || coarse.precision != fine.precision) return {};
+  Coarsening result;
+  for (const auto& [path, h] : coarse.values) {
+    const auto there = fine.values.find(path);
+    if (there == fine.values.end()) return {};
+    if (same(h, there->second)) continue;
+    if (!is_step(path) || !(h > there->second) || !(there->second > 0)) return {};
+    const double factor = h / there->second;
+    if (!result.paths.empty() && std::abs(factor / result.factor - 1) > same_factor) return {};
+    result.factor = factor;
+    result.paths.push_back(path);
+  }
+  return result.paths.empty() ? std::nullopt : std::optional(result);
+}
 
 double observed_order(double coarse_error, double fine_error, double coarse_h, double fine_h,
                       double reference_h) {

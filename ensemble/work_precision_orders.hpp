@@ -1,11 +1,20 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "ensemble/work_precision_runs.hpp"
 
 namespace cohort {
+
+/// The steps in which one setting is coarser than another, all by one factor.
+struct Coarsening {
+  std::vector<std::string> paths;
+  double factor = 1;
+};
+/// Nothing where something else differs, too.
+std::optional<Coarsening> coarsening(const ResolvedSetting& coarse, const ResolvedSetting& fine);
 
 /// Order seen between two settings that differ in one spacing or step alone, or in several by one factor.
 struct ObservedOrder {

@@ -203,7 +203,7 @@ void write_scene(hid_t group, const WorkPrecision& result) {
 
 void write_study(const std::string& path, const Study& study, const std::vector<WorkPrecision>& scenes) {
   const WorkPrecision& result = scenes.front();
-  const hdf5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose, path);
+  const hdf5::Handle file = hdf5::file_in_memory();
   hdf5::write_attribute(file, "kind", std::string("work_precision"));
   hdf5::write_attribute(file, "study", flow_text(study.root));
   hdf5::write_attribute(file, "base", study.base_text);
@@ -218,6 +218,7 @@ void write_study(const std::string& path, const Study& study, const std::vector<
                              path);
     write_scene(group, scenes[k]);
   }
+  write_file(path, hdf5::image(file));
 }
 
 namespace {

@@ -18,7 +18,8 @@ struct WorkPrecision {
   std::vector<RoundingShare> rounding;
   std::string device;
   double triad_GB_per_s = 0;
-  bool whole = true;  ///< false where it was interrupted: what had not run is left out
+  bool whole = true;     ///< false where it was interrupted: what had not run is left out
+  bool has_rows = true;  ///< every setting has run, if not as often as it should have
 
   std::vector<Seconds> times() const;                               ///< (R) of the device, for a member
   std::vector<double> rms(std::size_t measure) const;               ///< (R)

@@ -228,7 +228,7 @@ void declare_circulation(Scene& scene) {
     declare_windkessel(scene);
   declare_start(scene);
   if (any_tissue(scene)) return;
-  Parameter dt{"circulation.dt_ms", "ms", 0.5, 1e-4, 20, "largest step", "measured: solver/README.md"};
+  Parameter dt{"circulation.dt_ms", "ms", 1, 1e-4, 20, "largest step", "measured: solver/README.md"};
   dt.structural = true;
   scene.parameters.add(dt);
 }

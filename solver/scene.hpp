@@ -19,9 +19,9 @@ enum class Precision { single_, double_ };
 /// that trigger the cell model (reaction_eikonal), or that shift a template of its action potential, without
 /// a time loop (eikonal). automatic: chosen by the plan.
 enum class ActivationMethod { automatic, monodomain, bidomain, reaction_eikonal, eikonal };
-/// How a step of the monodomain equation joins diffusion and reaction: half a step of diffusion, reaction, half
-/// a step of diffusion (Strang 1968, second order; neighbouring halves are one launch), or one after the other
-/// (Godunov, first order, for comparisons).
+/// How a step of the monodomain equation joins diffusion and reaction: half a step of diffusion, reaction,
+/// half a step of diffusion (Strang 1968, second order; neighbouring halves are one launch), or one after the
+/// other (Godunov, first order, for comparisons).
 enum class Splitting { strang, godunov };
 /// As configuration files and plans write it.
 std::string method_name(ActivationMethod method);

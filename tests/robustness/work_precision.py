@@ -6,7 +6,9 @@ Usage: work_precision.py COHORT SOURCE_DIR. Needs an OpenCL device. Prints one l
 
 import csv
 import pathlib
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -17,7 +19,7 @@ import numpy
 COHORT, SOURCE = sys.argv[1], pathlib.Path(sys.argv[2])
 STUDY = f"""kind: work_precision
 base: {SOURCE}/configs/circulation.yaml
-set: {{campaign.members: 5, time.beats.until_periodic: 0.0001, time.beats.at_most: 30}}
+set: {{campaign.members: 5, circulation.dt_ms: 0.5, time.beats.until_periodic: 0.0001, time.beats.at_most: 30}}
 settings:
   - {{circulation.dt_ms: [8, 4, 2, 1]}}
   - {{label: double, circulation.dt_ms: [8, 4], precision: double}}
@@ -106,14 +108,15 @@ def campaign(folder, accuracy, *arguments):
                   "--set", "time.beats.at_most=30", *arguments)
 
 
-def interrupted(folder):
-    (folder / "long.yaml").write_text(STUDY.replace("repeats: 2", "repeats: 1000").replace("measured.yaml", "never.yaml"))
+def interrupted(folder, begun, rows):
+    """After the line that has `begun` in it; leaves `rows` settings."""
+    (folder / "long.yaml").write_text(STUDY.replace("repeats: 2", "repeats: 1000").replace("measured.yaml", "long_measured.yaml"))
     process = subprocess.Popen([COHORT, "study", "long.yaml", "--store", "long.h5"], cwd=folder, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True)
     told = []
     for line in process.stdout:
         told.append(line)
-        if "circulation 4 ms (1 of" in line:
+        if begun in line:
             break
     process.terminate()
     told += process.communicate(timeout=100)[0].splitlines(True)
@@ -121,8 +124,25 @@ def interrupted(folder):
            f"{process.returncode}: {told}")
     with h5py.File(folder / "long.h5") as file:
         labels, rms = file["000/settings/label"][:], file["000/measures/rms"][:]
-        expect("and keeps what has run", 2 <= len(labels) < 7 and rms.shape == (3, len(labels)) and (rms > 0).all(), labels)
-    expect("but measures nothing for accuracy", not (folder / "never.yaml").exists())
+        expect("and keeps what has run", len(labels) in rows and rms.shape == (3, len(labels)) and (rms > 0).all(), labels)
+    expect("measured for accuracy where every setting has run", (folder / "long_measured.yaml").exists() == (len(labels) == 7))
+
+
+def full_disk(folder):
+    """As if the disk were: files may not grow once all kernels are built, whose cache is on the same disk."""
+    (folder / "full").mkdir()
+    process = subprocess.Popen([COHORT, "study", "study.yaml", "--store", "full/study.h5"], cwd=folder, stdout=subprocess.PIPE,
+                               stderr=subprocess.STDOUT, text=True, preexec_fn=lambda: signal.signal(signal.SIGXFSZ, signal.SIG_IGN))
+    told = ""
+    for line in process.stdout:
+        told += line
+        if "(2 of 2)" in line:
+            resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (4000, 4000))
+    process.wait(timeout=100)
+    left = [file.name for file in (folder / "full").iterdir()]
+    expect("a disk that is full is told, with nothing half written",
+           process.returncode == 3 and "full/study.h5: " in told and "bytes cannot be written" in told and not left,
+           f"{process.returncode}, {left}: {told[-300:]}")
 
 
 def choices(folder, rms):
@@ -219,7 +239,9 @@ def values_by_any_name(folder):
 with tempfile.TemporaryDirectory() as temporary:
     place = pathlib.Path(temporary)
     choices(place, study(place))
-    interrupted(place)
+    interrupted(place, "circulation 4 ms (1 of", range(2, 7))
+    interrupted(place, "circulation 8 ms (2 of", [7])
+    full_disk(place)
     values_by_any_name(place)
     bad_studies(place)
 sys.exit(1 if failures else 0)

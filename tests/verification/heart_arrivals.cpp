@@ -66,9 +66,9 @@ std::map<std::string, Difference> compare(double coarse_mm, const Changes& chang
   return result;
 }
 
-// Sizes and velocities as campaigns sample them. Measured: means up to 1.95 ms, RMS up to 2.23, last times up to 5.3 apart. With
-// sources at the nearest cells, rims at cells and grooves joined through the blood the default heart alone had means of -2.4
-// and -3.4 ms (left and right ventricle), RMS 2.9 and 4.6.
+// Sizes and velocities as campaigns sample them. Measured: means up to 1.95 ms, RMS up to 2.23, last times up
+// to 5.3 apart. With sources at the nearest cells, rims at cells and grooves joined through the blood the
+// default heart alone had means of -2.4 and -3.4 ms (left and right ventricle), RMS 2.9 and 4.6.
 TEST(HeartArrivals, ConvergeInTheDefaultHeartAndInOthers) {
   const std::string root = "electrophysiology.velocity_", size = "geometry.heart.";
   for (const Changes& changes :
