@@ -55,6 +55,25 @@ std::string unique_id(const cl::Device& device, const std::string& fallback) {
 
 }  // namespace
 
+DeviceError::DeviceError(const cl::Error& error) : what_(error.what()) {
+  static const std::map<cl_int, const char*> names = {
+      {CL_DEVICE_NOT_AVAILABLE, "CL_DEVICE_NOT_AVAILABLE"},
+      {CL_MEM_OBJECT_ALLOCATION_FAILURE, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+      {CL_OUT_OF_RESOURCES, "CL_OUT_OF_RESOURCES"},
+      {CL_OUT_OF_HOST_MEMORY, "CL_OUT_OF_HOST_MEMORY"},
+      {CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST, "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST"},
+      {CL_INVALID_VALUE, "CL_INVALID_VALUE"},
+      {CL_INVALID_CONTEXT, "CL_INVALID_CONTEXT"},
+      {CL_INVALID_COMMAND_QUEUE, "CL_INVALID_COMMAND_QUEUE"},
+      {CL_INVALID_MEM_OBJECT, "CL_INVALID_MEM_OBJECT"},
+      {CL_INVALID_KERNEL_ARGS, "CL_INVALID_KERNEL_ARGS"},
+      {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE"},
+      {-9999, "NVIDIA: illegal read or write"}};
+  const auto name = names.find(error.err());
+  what_ += (name == names.end() ? ": error" : std::string(": ") + name->second) + " (" +
+           std::to_string(error.err()) + ")";
+}
+
 std::vector<DeviceInfo> devices() {
   std::vector<cl::Platform> platforms;
   try {

@@ -14,6 +14,18 @@
 
 namespace cohort {
 
+/// What is wrong with a device, and no member's matter.
+class DeviceError : public std::exception {
+ public:
+  explicit DeviceError(std::string what) : what_(std::move(what)) {}
+  /// The call that failed and its error by name, as of cl.h.
+  explicit DeviceError(const cl::Error& error);
+  const char* what() const noexcept override { return what_.c_str(); }
+
+ private:
+  std::string what_;
+};
+
 struct DeviceInfo {
   std::string name, platform,
       unique_id;  ///< unique_id: PCI address or UUID where the driver tells, else platform and index

@@ -20,6 +20,7 @@ namespace {
 constexpr std::int64_t first_timed_step = 1024, timed_steps = 64;
 // As in kernels/solid_reduce.clh.
 constexpr double smallest_volume_ratio = 0.02;
+constexpr double seconds_between_words = 10;  ///< of what --verbose tells of long batches
 // Steps between two looks of the host at the members' states.
 constexpr int steps_per_look = 512;
 
@@ -133,6 +134,9 @@ void Heartbeat::run(std::span<const Member> members, std::span<Recording* const>
   }
   if (circulation_) circulation_->initialise(parameters_, static_cast<int>(beating.size()));
   prepared_s_ = seconds_since(start);
+  if (solid_)
+    spdlog::debug("{} members' tissue of {} cells is set up in {:.3g} s", beating.size(),
+                  solid_->mesh().cells, prepared_s_);
   const bool late = coupling_
                         ? beat_with_cells(members, recordings, beating, *excitation, steps, start, timeout_s)
                     : solid_ ? beat_tissue(start, timeout_s)
@@ -213,6 +217,7 @@ void Heartbeat::step(std::int64_t number, bool windows) {
 }
 
 bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
+  double told_s = seconds_since(start);
   for (std::int64_t number = 0;; ++number) {
     if (number == first_timed_step) launcher_.profile(true);
     if (number == first_timed_step + timed_steps) launcher_.profile(false);
@@ -225,6 +230,10 @@ bool Heartbeat::beat_tissue(Clock::time_point start, double timeout_s) {
     bool running = false;
     for (std::size_t k = Solid::ended; k < state.size(); k += Solid::state_size)
       running = running || state[k] == 0;
+    if (seconds_since(start) > told_s + seconds_between_words) {
+      told_s = seconds_since(start);
+      spdlog::debug("tissue of the first member at {:.1f} ms after {:.0f} s", state[Solid::time], told_s);
+    }
     if (running && seconds_since(start) <= timeout_s) continue;
     launcher_.profile(false);
     return running;

@@ -28,6 +28,8 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       s.excitation->prepare(members);
       s.launcher.profile(false);
       s.launcher.queue().finish();
+      spdlog::debug("{} members are set up for waves in {:.3g} s, with {} of the device's memory",
+                    members.size(), seconds_since(start), s.launcher.device().allocated_bytes());
       Excitation::Beat beat;
       if (s.heartbeat)
         beat = [&](std::span<const Member> own, std::span<Recording* const> own_recordings,
@@ -49,9 +51,16 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       reject(recordings[0], error.what());
       return recordings;
     }
-    for (size_t m = 0; m < members.size(); ++m)
-      recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());
+    spdlog::debug("a batch of {} is run one by one: {}", members.size(), error.what());
+    try {
+      for (size_t m = 0; m < members.size(); ++m)
+        recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());
+    } catch (const DeviceError& broken) {
+      throw DeviceError(fmt::format("{}, behind \"{}\"", broken.what(), error.what()));
+    }
     return recordings;
+  } catch (const cl::Error& error) {
+    throw DeviceError(error);
   }
   for (Recording& recording : recordings)
     recording.wall_s = seconds_since(start) / static_cast<double>(members.size());

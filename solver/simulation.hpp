@@ -111,8 +111,8 @@ class Simulation {
 
   /// Runs up to plan.members_per_device members in one batch; results in the order of `members`. A member's
   /// recording does not depend on the others. Members that are not finished after timeout_s of wall time end
-  /// as Outcome::timeout. Throws only for what is wrong with the device (cl::Error); what is wrong with a
-  /// member is its outcome.
+  /// as Outcome::timeout. Throws only for what is wrong with the device (DeviceError); what is wrong with
+  /// a member is its outcome.
   std::vector<Recording> run(std::span<const Member> members, double timeout_s);
 
   /// Shows `observer` (solver/observer.hpp) the first member of every batch from now on; results stay the

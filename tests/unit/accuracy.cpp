@@ -391,6 +391,23 @@ TEST_F(Choice, HoldsTheStudyOfTheDefaultHeart) {
   EXPECT_EQ(campaign.accuracy_warnings, std::vector<std::string>());
 }
 
+// What stands in configs/measurements/heart.yaml, which is built in.
+TEST(BuiltIn, AnswersForTheDefaultHeart) {
+  const auto choose = [](const std::string& wish) {
+    return parse_campaign(
+        read_campaign_file(COHORT_SOURCE_DIR "/configs/heart.yaml") + "accuracy: {" + wish + "}\n",
+        COHORT_SOURCE_DIR "/configs/heart.yaml");
+  };
+  const Campaign campaign = choose("LV_EF: 1 %, QRS: 3 ms");
+  EXPECT_EQ(campaign.accuracy_warnings, std::vector<std::string>());
+  ASSERT_FALSE(campaign.accuracy_lines.empty());
+  EXPECT_TRUE(has(campaign.accuracy_lines[0], "of 9 measured in heart.yaml")) << campaign.accuracy_lines[0];
+  // A narrower wish takes no coarser tissue, and one that nothing measured meets is refused.
+  EXPECT_LE(choose("LV_EF: 0.8 %").scene.parameters.value("mechanics.dx_mm"),
+            campaign.scene.parameters.value("mechanics.dx_mm"));
+  EXPECT_THROW(choose("LV_EF: 0.1 %"), ConfigError);
+}
+
 TEST_F(Choice, RefusesWishesThatAreNone) {
   for (const char* wish : {"LV_EF: 0x1p3 %", "LV_EF: inf", "LV_EF: nan %", "LV_EF: -1", "LV_EF: 0"})
     EXPECT_TRUE(has(refused(wish), "is an error above 0")) << wish << refused(wish);

@@ -57,6 +57,12 @@ std::vector<Recording> run(const Scene& scene, const std::vector<Member>& member
 const std::string tau_close = "electrophysiology.mitchell_schaeffer.tau_close_ms";
 const std::string tau_in = "electrophysiology.mitchell_schaeffer.tau_in_ms";
 
+TEST(DeviceErrors, NameTheCallAndTheError) {
+  EXPECT_STREQ(DeviceError(cl::Error(CL_OUT_OF_RESOURCES, "clFinish")).what(),
+               "clFinish: CL_OUT_OF_RESOURCES (-5)");
+  EXPECT_STREQ(DeviceError(cl::Error(-4711, "clFinish")).what(), "clFinish: error (-4711)");
+}
+
 TEST(Simulation, AMembersBytesDoNotDependOnItsBatch) {
   const Scene scene = coarse_heart();
   const std::vector<Member> members = {
