@@ -51,7 +51,7 @@ std::vector<Recording> Simulation::run(std::span<const Member> members, double t
       reject(recordings[0], error.what());
       return recordings;
     }
-    spdlog::debug("a batch of {} is run one by one: {}", members.size(), error.what());
+    spdlog::info("a batch of {} is run one by one: {}", members.size(), error.what());
     try {
       for (size_t m = 0; m < members.size(); ++m)
         recordings[m] = std::move(run(members.subspan(m, 1), timeout_s).front());

@@ -156,6 +156,8 @@ class Solid {
   };
 
  private:
+  static constexpr int member_group = 128;  ///< work-items of a member in the launch that joins its sums
+
   SolidParts find_parts(const cl::Buffer& parameters);
   /// All that a batch has.
   std::vector<cl::Buffer> buffers() const;
