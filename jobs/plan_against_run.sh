@@ -20,22 +20,24 @@ import numpy
 
 cohort, size, rounds, *options = sys.argv[1:]
 chosen = os.environ.get("SCENES", "").split()
-many = {"cpu": ["campaign.members=6"], "gpu": ["campaign.members=160", "campaign.members_per_device=32"]}[size]
+many = {"cpu": ["campaign.members=6"], "gpu": ["campaign.members=960", "campaign.members_per_device=32"]}[size]
 alone = ["campaign.members=5", "campaign.members_per_device=1"]
 fine = size == "gpu"
+# A GPU at rest takes a second to reach its clock.
+short = ["campaign.members=25", "campaign.members_per_device=1"] if fine else alone
 one_beat = ["time.beats.at_most=1"]
 # Three batches at least.
 SCENES = [
     ("eikonal", [f"grid.dx_mm={2 if fine else 3}"] + many),
     ("ecg_campaign", [f"grid.dx_mm={2 if fine else 4}"] + many),
-    ("speed", [f"grid.dx_mm={1 if fine else 3}", "time.end_ms=200"] + alone),
-    ("slab", [f"grid.dx_mm={0.2 if fine else 0.5}"] + alone),
-    ("bidomain", [f"grid.dx_mm={0.25 if fine else 0.5}", "time.end_ms=10"] + alone),
+    ("speed", [f"grid.dx_mm={1 if fine else 3}", "time.end_ms=200"] + short),
+    ("slab", [f"grid.dx_mm={0.2 if fine else 0.5}"] + short),
+    ("bidomain", [f"grid.dx_mm={0.25 if fine else 0.5}", "time.end_ms=10"] + short),
     ("circulation", ["campaign.members=256", "campaign.members_per_device=64"]),
-    ("demo", [f"grid.dx_mm={2 if fine else 6}"] + one_beat + (many if fine else alone)),
+    ("demo", [f"grid.dx_mm={2 if fine else 6}"] + one_beat + (["campaign.members=160", "campaign.members_per_device=32"] if fine else alone)),
     ("heart", [f"grid.dx_mm={1 if fine else 6}"] + alone),
     ("arostica", [f"grid.dx_mm={3 if fine else 8}", "time.end_ms=200"] + alone),
-    ("land_inflation", [f"grid.dx_mm={1 if fine else 2}"] + alone),
+    ("land_inflation", [f"grid.dx_mm={1 if fine else 2}"] + short),
     ("electromechanics", [f"grid.dx_mm={0.5 if fine else 1}", "time.end_ms=100"] + alone),
 ]
 UNITS = {"B": 1, "kB": 1e3, "MB": 1e6, "GB": 1e9}
