@@ -56,7 +56,10 @@ def main():
              "Made by `jobs/studies.sh` and `/usr/bin/python3 -m analysis.studies` from the studies in `configs/studies`, whose heads say what each compares.",
              "Seconds are those of the device's kernels for one member of a batch, medians of repeats; the default stands beside the Pareto front of what was",
              "measured: 1.00 is on it, else the factor by which both its time and its error had to shrink so that no other setting is better in both. Beside it, how",
-             "many times as slow it is as the fastest of no larger error, and how many times its error is that of the best in no more time.", ""]
+             "many times as slow it is as the fastest of no larger error, and how many times its error is that of the best in no more time.",
+             "Below, an order of - means that errors did not fall between the two, or by less than the logarithm of the step: one of the two, often both, is off by",
+             "what the step has no part in. Shares of rounding near 100 % are of errors that are rounding. What is of which order, and why, stands in",
+             "[solver](../../solver/README.md) (\"What is of which order in the step\") and [kernels](../../kernels/README.md) (arrival times, operators).", ""]
     for path in sorted(options.folder.glob("study_*.h5")):
         scenes = work_precision.read(path)
         first = scenes[0]

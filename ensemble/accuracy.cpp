@@ -114,6 +114,16 @@ std::vector<std::string> warnings(const Measurements& measurements, const Campai
   if (measurements.program != COHORT_VERSION)
     result.push_back(fmt::format("accuracy: {} was measured with cohort {}, this is {}: errors may differ",
                                  measurements.file, measurements.program, COHORT_VERSION));
+  const bool no_loop = campaign.scene.activation_method == ActivationMethod::eikonal;
+  std::vector<std::string> missing;
+  for (const Parameter& parameter : campaign.scene.parameters.all())
+    if ((parameter.path.ends_with("dx_mm") || (parameter.path.ends_with("dt_ms") && !no_loop)) &&
+        !holds(measurements.counted, parameter.path))
+      missing.push_back(parameter.path);
+  if (!missing.empty())
+    result.push_back(
+        fmt::format("accuracy: the bounds leave out the errors of {}, which the study did not vary",
+                    fmt::join(missing, ", ")));
   for (const std::string& line : beyond(measurements, campaign))
     result.push_back(fmt::format("accuracy: the bounds do not cover it: {}", line));
   return result;
@@ -138,6 +148,9 @@ std::vector<Asked> asked_for(const Measurements& measurements, const Campaign& c
                                      no_such_feature(names, wish.feature), measurements.file));
       continue;
     }
+    if (std::any_of(result.begin(), result.end(),
+                    [&](const Asked& asked) { return asked.feature == names[*place]; }))
+      mistakes.push_back(fmt::format("{}: accuracy.{} stands there twice", accuracy.where, names[*place]));
     const std::string& unit = measurements.features.at(names[*place]);
     const auto here = std::find(own.features.begin(), own.features.end(), names[*place]);
     if (here != own.features.end())

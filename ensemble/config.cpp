@@ -258,6 +258,7 @@ Campaign parse_campaign(const std::string& text, const std::string& file,
   for (auto& [path, place] : campaign.places)
     if (const auto first = static_cast<int>(overrides.size()); place.file == "--set" && place.line > first)
       place = choice.places[static_cast<std::size_t>(place.line - first - 1)];
+  for (const std::string& line : choice.lines) campaign.text += "# " + line + "\n";
   campaign.accuracy_lines = std::move(choice.lines);
   campaign.accuracy_warnings = std::move(choice.warnings);
   return campaign;

@@ -36,6 +36,16 @@ std::map<std::string, double> resolutions(const Scene& scene) {
   return result;
 }
 
+/// The same, with the step that was chosen where the scene leaves it open (0): of the members the largest.
+std::map<std::string, double> resolutions(const Scene& scene, const std::vector<Recording>& recordings) {
+  std::map<std::string, double> result = resolutions(scene);
+  const auto step = result.find("time.dt_ms");
+  if (step == result.end() || step->second > 0 || scene.mechanics) return result;
+  for (const Recording& recording : recordings)
+    step->second = std::max(step->second, static_cast<double>(recording.dt_ms));
+  return result;
+}
+
 /// Paths of what is not the same in all of them.
 std::set<std::string> differing(const std::vector<std::map<std::string, double>>& all) {
   std::map<std::string, double> first;
@@ -83,13 +93,16 @@ bool is_unaffected(const MeasureErrors& errors, const std::vector<Pair>& pairs) 
 class ReferenceErrors {
  public:
   ReferenceErrors(const std::vector<Campaign>& campaigns, const std::vector<SettingRun>& runs,
-                  const Scene& reference)
-      : pairs_(pairs_of(campaigns, runs)), reference_(resolutions(reference)) {
-    for (const Campaign& campaign : campaigns) settings_.push_back(resolutions(campaign.scene));
+                  const Scene& scene, const SettingRun& reference)
+      : pairs_(pairs_of(campaigns, runs)), reference_(resolutions(scene, reference.recordings)) {
+    for (std::size_t i = 0; i < campaigns.size(); ++i)
+      settings_.push_back(resolutions(campaigns[i].scene, runs[i].recordings));
     std::vector<std::map<std::string, double>> all = settings_;
     all.push_back(reference_);
     paths_ = differing(all);
   }
+
+  std::vector<std::string> paths() const { return {paths_.begin(), paths_.end()}; }
 
   /// The largest shortfall of a setting's errors by a feature, of all lengths, steps and tolerances that
   /// differ.
@@ -193,7 +206,8 @@ Measurements measurements_of(const Study& study, const WorkPrecision& result) {
   std::vector<Campaign> campaigns;
   for (std::size_t i = 0; i < result.runs.size(); ++i)
     campaigns.push_back(campaign_of(study, result.design.settings[i].overrides(), study.file));
-  const ReferenceErrors reference_errors(campaigns, result.runs, reference.scene);
+  const ReferenceErrors reference_errors(campaigns, result.runs, reference.scene, result.reference);
+  m.counted = reference_errors.paths();
   std::set<std::string> chosen;
   for (const Setting& setting : result.design.settings)
     for (const auto& [path, value] : setting.values) chosen.insert(path);

@@ -21,8 +21,8 @@ namespace cohort {
 /// 1 to 2, and 1 without a pair. Where all pairs have the same errors to a thousandth, it has no part in the
 /// feature and does not count. What is the same in all settings and the reference is not measured: its error
 /// is not in the bounds (torso.dx_mm, say). A setting that is not finer in the reference in all that count,
-/// or is the reference, has no known bound; a step that is chosen (0) is no number to compare. Settings that
-/// did not end are left out.
+/// or is the reference, has no known bound; a step that is left open (0) is the one that was chosen. Settings
+/// that did not end are left out.
 Measurements measurements_of(const Study& study, const WorkPrecision& result);
 
 /// What an error against a reference is to be multiplied by, as the reference errs the same way: at `ratio`

@@ -14,6 +14,7 @@
 #include "ensemble/members.hpp"
 #include "ensemble/read_values.hpp"
 #include "ensemble/study.hpp"
+#include "solver/mechanics.hpp"
 
 namespace cohort {
 
@@ -191,6 +192,7 @@ std::optional<std::string> numerical_value(const Scene& scene, const std::string
   if (path == "electrophysiology.activation") return method_name(scene.activation_method);
   if (path == "electrophysiology.splitting")
     return scene.splitting == Splitting::godunov ? "godunov" : "strang";
+  if (path == "mechanics.dx_mm" && scene.mechanics) return fmt::format("{}", solid_dx_mm(scene));
   const int place = scene.parameters.find(path);
   if (place < 0 || std::isnan(scene.parameters[place].value)) return {};
   return fmt::format("{}", scene.parameters[place].value);
@@ -212,7 +214,7 @@ std::string measurements_text(const Measurements& m) {
       "version: {}\nprogram: {}\nstudy: {}\ndevice: {}\nreference: {}\nmembers: {}\n",
       Measurements::version, quoted(m.program), quoted(m.study), quoted(m.device), quoted(m.reference),
       m.members);
-  text += "structure:" + list(m.structure) + "varied:" + list(m.varied);
+  text += "structure:" + list(m.structure) + "varied:" + list(m.varied) + "counted:" + list(m.counted);
   const auto map = [&](const char* name, const auto& entries, const auto& value) {
     text += fmt::format("{}:{}\n", name, entries.empty() ? " {}" : "");
     for (const auto& entry : entries) text += fmt::format("  {}: {}\n", entry.first, value(entry.second));
@@ -262,6 +264,7 @@ Measurements read_measurements(const std::string& text, const std::string& file)
         most_members, read_whole(*members, "members", least_measured, mistakes).value_or(0)));
   result.structure = read_lines(root, "structure", mistakes);
   result.varied = read_lines(root, "varied", mistakes);
+  result.counted = read_lines(root, "counted", mistakes);
   if (Node* values = require_map(root, "values", mistakes)) {
     values->read = true;
     for (Node::Entry& entry : values->entries)

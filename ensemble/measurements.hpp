@@ -36,7 +36,8 @@ struct Measurements {
   int members = 0;                                ///< measured with each setting
   std::vector<std::string> structure;             ///< lines that hold for every setting (scene_structure)
   std::vector<std::string> varied;                ///< lines that hold for some of them
-  std::map<std::string, double> values;           ///< by path: what the scene sets beside the defaults
+  std::vector<std::string> counted;      ///< spacings, steps and tolerances whose errors are in the bounds
+  std::map<std::string, double> values;  ///< by path: what the scene sets beside the defaults
   std::map<std::string, std::pair<double, double>> sampled;  ///< by path: range over the members
   std::map<std::string, std::string> features;               ///< by name: unit
   std::vector<MeasuredSetting> settings;                     ///< fastest first

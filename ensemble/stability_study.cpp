@@ -11,6 +11,7 @@
 #include "ensemble/ranks.hpp"
 #include "ensemble/stability_design.hpp"
 #include "ensemble/stability_outcomes.hpp"
+#include "ensemble/study_files.hpp"
 #include "ensemble/study.hpp"
 
 namespace cohort {
@@ -52,6 +53,7 @@ StabilityVerdict conclude(const StabilityStudy& study, const std::string& store)
 }  // namespace
 
 ExitCode run_stability(Study& study, const CampaignOptions& options) {
+  check_stability_files(study);
   StabilityStudy cases = read_stability(study);
   for (StabilityCase& one : cases.cases) {
     use_design(stability_design(one, cases.seed), cases.seed, one.campaign);

@@ -16,6 +16,7 @@
 #include "ensemble/error_estimate.hpp"
 #include "ensemble/interrupt.hpp"
 #include "ensemble/progress.hpp"
+#include "ensemble/stability_outcomes.hpp"
 
 namespace cohort {
 namespace {
@@ -36,18 +37,19 @@ std::string count_lines(const StatusCounts& counts) {
   return text;
 }
 
-/// Reasons of rows that ended otherwise than done, with their rows.
+/// Reasons of rows that ended otherwise than done, with their rows: of those that differ in numbers alone the
+/// first one's.
 std::string reason_lines(const Store& store, const std::vector<Status>& statuses, const char* rows) {
   std::map<std::pair<Status, std::string>, std::vector<std::int64_t>> reasons;
   for (std::size_t i = 0; i < statuses.size(); ++i)
     if (is_final(statuses[i]) && statuses[i] != Status::done)
-      reasons[{statuses[i], store.reason(static_cast<std::int64_t>(i))}].push_back(
+      reasons[{statuses[i], masked(store.reason(static_cast<std::int64_t>(i)))}].push_back(
           static_cast<std::int64_t>(i));
   std::string text;
   for (const auto& [key, members] : reasons)
-    text +=
-        fmt::format("{} x {}: {} ({} {})\n", members.size(),
-                    status_names[static_cast<std::size_t>(key.first)], key.second, rows, list_of(members));
+    text += fmt::format("{} x {}: {} ({} {})\n", members.size(),
+                        status_names[static_cast<std::size_t>(key.first)], store.reason(members.front()),
+                        rows, list_of(members));
   return text;
 }
 

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <stdexcept>
 
 #include "ensemble/config.hpp"
@@ -28,6 +29,13 @@ std::string scalar_text(const std::string& text, bool quoted) {
     result += c;
   }
   return result + '"';
+}
+
+/// Keys of studies that campaigns have not.
+const std::set<std::string>& study_keys() {
+  static const std::set<std::string> keys = {"kind",     "base",      "set",     "for_each",    "settings",
+                                             "measures", "reference", "repeats", "measurements"};
+  return keys;
 }
 
 }  // namespace
@@ -68,7 +76,13 @@ Study read_study(const std::string& file, const std::vector<std::string>& overri
   }
   std::vector<std::string> of_base;
   for (std::size_t i = 0; i < overrides.size(); ++i) {
-    if (overrides[i].starts_with("stability."))
+    const std::string path = overrides[i].substr(0, overrides[i].find('='));
+    if (const std::string key = path.substr(0, path.find('.')); study_keys().contains(key))
+      mistakes.add({"--set", static_cast<int>(i) + 1, 0},
+                   fmt::format("{} is a key of the study itself, to be set in {}: --set changes its base, or "
+                               "stability.KEY",
+                               key, file));
+    else if (overrides[i].starts_with("stability."))
       apply_override(root, overrides[i], static_cast<int>(i) + 1, mistakes);
     else
       of_base.push_back(overrides[i]);

@@ -2,15 +2,22 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
+#include <thread>
+#include <utility>
 
 #include "ensemble/choose_device.hpp"
+#include "ensemble/config.hpp"
 #include "ensemble/draw.hpp"
 #include "ensemble/guarded.hpp"
 #include "ensemble/interrupt.hpp"
 #include "ensemble/measure_accuracy.hpp"
+#include "ensemble/ranks.hpp"
+#include "ensemble/study_files.hpp"
 #include "ensemble/work_precision_store.hpp"
 
 namespace cohort {
@@ -50,17 +57,58 @@ WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisio
   return result;
 }
 
+/// Tells that an interrupt has come, and ends the program on the second one: a run may take hours.
+void watch_interrupts(const std::stop_token& stop) {
+  using namespace std::chrono_literals;
+  for (bool told = false; !stop.stop_requested(); std::this_thread::sleep_for(50ms)) {
+    if (interrupts() > 1) {
+      spdlog::error("interrupted again: nothing is written");
+      std::_Exit(static_cast<int>(ExitCode::interrupted));
+    }
+    if (interrupts() > 0 && !std::exchange(told, true))
+      spdlog::warn("interrupted: ends behind the run at hand; once more ends it at once");
+  }
+}
+
+/// Where a setting is as fine as the reference or finer, errors are no errors of the setting.
+void warn_of_coarse_reference(const Study& study, const WorkPrecisionDesign& design) {
+  if (!design.reference) return;
+  const ResolvedSetting reference = resolved(campaign_of(study, design.reference->overrides(), study.file));
+  for (const Setting& setting : design.settings) {
+    const ResolvedSetting own = resolved(campaign_of(study, setting.overrides(), study.file));
+    bool differs = false, is_finer = false;
+    std::string coarser;
+    for (const auto& [path, h] : own.values) {
+      const auto there = reference.values.find(path);
+      if (!is_step(path) || there == reference.values.end() || h == there->second || h <= 0) continue;
+      differs = true;
+      is_finer = is_finer || there->second < h;
+      if (there->second > h) coarser = path;
+    }
+    if (!coarser.empty() && !is_finer)
+      spdlog::warn("the reference is coarser than \"{}\" in {}: what they differ by is the reference's error",
+                   setting.label, coarser);
+    else if (!differs && own.rest == reference.rest && own.precision == reference.precision)
+      spdlog::warn("the reference has the spacings and steps of \"{}\": its error is not known",
+                   setting.label);
+  }
+}
+
 }  // namespace
 
 ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
   const WorkPrecisionDesign design = read_work_precision(study);
+  check_work_precision_files(study, design.measurements);
+  const Ranks ranks;
+  if (ranks.size() > 1)
+    throw ConfigError({fmt::format("{}: a study of error against run time runs on one rank, and there are {}",
+                                   study.file, ranks.size())});
   const std::filesystem::path store = study.store;
-  if (!store.parent_path().empty() && !std::filesystem::exists(store.parent_path()))
-    throw std::runtime_error(
-        fmt::format("{}: folder {} does not exist", study.store, store.parent_path().string()));
   share_cores({});
   Device device(choose_device(options.device, {}));
+  warn_of_coarse_reference(study, design);
   catch_interrupts();
+  const std::jthread watch(watch_interrupts);
   return guarded(ExitCode::interrupted, [&] {
     std::vector<WorkPrecision> scenes;
     for (const Setting& scene : design.scenes) {
@@ -78,7 +126,9 @@ ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
     std::fflush(stdout);
     const std::string picture = std::filesystem::path(store).replace_extension(".png").string();
     const bool drawn = draw("study", {study.store, "-o", picture});
-    spdlog::info("{}, {}{}", study.store, csv, drawn ? ", " + picture : "");
+    const bool measured = !design.measurements.empty() && scenes.front().has_rows;
+    spdlog::info("{}, {}{}{}", study.store, csv, drawn ? ", " + picture : "",
+                 measured ? ", " + design.measurements : "");
     return whole ? ExitCode::done : ExitCode::interrupted;
   });
 }

@@ -20,7 +20,10 @@ std::string text_of(const Setting& setting) {
 }
 
 std::string told(const FrontDistance& distance) {
-  if (distance.factor == 1) return "the default is on the front\n";
+  constexpr double shown = 1.005;  // as two digits tell it
+  if (std::isnan(distance.factor))
+    return "the default has no error here: of some member there is no such value\n";
+  if (distance.factor < shown) return "the default is on the front\n";
   return fmt::format(
       "the default is {:.2f} from the front: {:.2f} times as slow as the fastest of no larger "
       "error; {:.2f} times the error of the best in no more time\n",

@@ -14,6 +14,7 @@ for name in "$@"; do
   "$build/cohort" study "configs/studies/$name.yaml" --store "$folder/study_$name.h5" ${STUDY_OPTIONS:-} \
     > "$folder/study_$name.txt" 2> "$folder/study_$name.log" || failed=1
   echo "$name: $(($(date +%s) - begin)) s"
-  grep -E "^(.* on .*, triad|the default is)|error" "$folder/study_$name.txt" "$folder/study_$name.log" --no-filename
+  awk '/ error rms / {measure = $1 " " $2} /^the default / {print "  " measure ": " $0}' "$folder/study_$name.txt"
+  grep -E "error|cohort:" "$folder/study_$name.log"
 done
 exit $failed

@@ -270,7 +270,7 @@ void Heartbeat::store(const Member& member, std::size_t k, double timeout_s, con
                       member.values[static_cast<std::size_t>(scene_.parameters.index("time.step_factor"))];
   if (status.ended == HeartEnd::unstable)
     return unstable(static_cast<double>(status.ended_ms), instability(scene_, status));
-  if (scene_.beats && most_beats(scene_) > 1 &&
+  if (scene_.beats && most_beats(scene_) > 1 && status.beats > 0 &&
       !(status.difference <= scene_.parameters.value("time.beats.until_periodic")))
     spdlog::warn("member {}: after {} beats the last two differ by {:.2g}: not periodic to {:.2g}", member.id,
                  status.beats, status.difference, scene_.parameters.value("time.beats.until_periodic"));

@@ -278,8 +278,8 @@ Plan make_plan(Device& device, const Scene& scene, std::span<const Member> membe
                    scene.parameters.value("time.step_factor"));
   const double bound = reaction_limit_ms(monodomain.fastest_rate()[0]);
   if (steps.dt_ms > 0.5 * bound)
-    spdlog::warn("time.dt_ms {} is more than half of what the cell model's fastest rate bears ({} ms)",
-                 steps.dt_ms, bound);
+    spdlog::warn("steps of {:.4g} ms are {} what the cell model's fastest rate bears ({:.4g} ms)",
+                 steps.dt_ms, steps.dt_ms > bound ? "beyond" : "more than half of", bound);
   if (steps.substeps > 1) {  // the potential that a step started from
     const std::size_t bytes = static_cast<std::size_t>(room) * real;
     for (PlannedModule& planned : plan.modules)

@@ -225,6 +225,25 @@ def bad_studies(folder):
         expect(f'a store called "{store}"', result.returncode == 1 and "store" in result.stderr, f"{result.returncode}: {result.stderr}")
 
 
+def no_foreign_files(folder):
+    """Nothing that is no file of such a study is written over, and nothing runs before that is known."""
+    with h5py.File(folder / "foreign.h5", "w") as file:
+        file.attrs["format"] = "cohort"
+    (folder / "table.csv").write_text("a,b\n")
+    (folder / "other.yaml").write_text("kind: campaign\n")
+    (folder / "folder.h5").mkdir()
+    (folder / "measuring.yaml").write_text(STUDY.replace("measured.yaml", "other.yaml"))
+    for store, file, message in [("foreign.h5", "study.yaml", "is no file of such a study"), ("table.h5", "study.yaml", "is no table of such a study"),
+                                 ("folder.h5", "study.yaml", "it is a folder"), ("new.h5", "measuring.yaml", "is no file of measurements")]:
+        before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        result = cohort(folder, "study", file, "--store", store)
+        expect(f"{store} of {file} is refused", result.returncode == 1 and message in result.stderr and "(1 of" not in result.stderr,
+               f"{result.returncode}: {result.stderr}")
+        expect("and all stays", before == {path: path.read_bytes() for path in folder.iterdir() if path.is_file()})
+    result = cohort(folder, "study", "study.yaml", "--set", "repeats=3")
+    expect("--set of the study's own keys is refused", result.returncode == 1 and "repeats is a key of the study itself" in result.stderr, result.stderr)
+
+
 def values_by_any_name(folder):
     text = STUDY.replace("reference: {circulation.dt_ms: 0.1}\nmeasures: [volume, LV_EF, lv_peak_mmHg]",
                          "reference: {values: {LV_EF: 55}}\nmeasures: [lv_ef_percent]")
@@ -243,5 +262,6 @@ with tempfile.TemporaryDirectory() as temporary:
     interrupted(place, "circulation 8 ms (2 of", [7])
     full_disk(place)
     values_by_any_name(place)
+    no_foreign_files(place)
     bad_studies(place)
 sys.exit(1 if failures else 0)

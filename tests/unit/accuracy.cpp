@@ -384,6 +384,9 @@ TEST_F(Choice, HoldsTheStudyOfTheDefaultHeart) {
                 error[one.label] / (1 - std::max(0.25 / wave, 1 / tissue)), 1e-9)
         << one.label;
   }
+  const auto& built_in = built_in_measurements();
+  ASSERT_TRUE(built_in.contains("heart.yaml"));
+  EXPECT_EQ(m.counted, read_measurements(built_in.at("heart.yaml"), "heart.yaml").counted);
   write(measurements_text(m));
   const Campaign campaign = parse_campaign(read_campaign_file(COHORT_SOURCE_DIR "/configs/heart.yaml") +
                                                "accuracy: {measurements: measured.yaml, LV_EF: 3}\n",
