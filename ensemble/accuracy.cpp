@@ -203,6 +203,7 @@ void read_accuracy(Node& map, const std::string& file, Accuracy& accuracy, Mista
     std::string unit = end;
     unit.erase(0,
                unit.find_first_not_of(' ') == std::string::npos ? unit.size() : unit.find_first_not_of(' '));
+    if (unit == "percent") unit = "%";
     accuracy.wishes.push_back({entry.key, error, unit});
   }
   if (accuracy.wishes.empty() && mistakes.empty())

@@ -204,6 +204,8 @@ Campaign parse_as_it_stands(const std::string& text, const std::string& file,
                             const std::vector<std::string>& overrides) {
   Mistakes mistakes;
   Node root = parse_document(text, file, mistakes);
+  if (root.kind == Node::Kind::map && root.find("kind") && root.find("base"))
+    throw ConfigError({fmt::format("{}: this is a study, not a campaign: cohort study {}", file, file)});
   Campaign campaign = read_root(root, text, file, overrides, mistakes);
   if (!mistakes.empty()) throw ConfigError(mistakes.lines());
   return campaign;

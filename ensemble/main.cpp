@@ -88,6 +88,7 @@ int main(int argc, char** argv) {
   CLI::App* study = app.add_subcommand(
       "study", "error against run time of a scene's settings, or its stability at the extremes");
   add_campaign_options(*study, options, true);
+  study->get_option("FILE")->description("study file, as of configs/studies");
   study->add_option("--store", options.store, "HDF5 file, instead of the study file's");
   study->add_option("--device", options.device, "cpu, gpu, or an index of `cohort devices`");
   study->callback([&] { chosen = [&] { return command_study(options); }; });

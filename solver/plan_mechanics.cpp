@@ -76,10 +76,10 @@ void warn_of_solid(const Scene& scene, const Solid& solid) {
           "mechanics.cavities.{}: a quarter of the wall is thinner than {:.1f} cells ({:.1f} mm at {} mm): "
           "{}; make mechanics.dx_mm or grid.dx_mm smaller",
           cavities[q].name, cells, cells * solid.grid().dx_mm, solid.grid().dx_mm,
-          atrium
-              ? "with 0.65 the default left atrium gains a fifth too little volume under 9 mmHg, with 1.3 7 %"
+          atrium ? "at 0.65 cells the default left atrium gains a fifth too little volume under 9 mmHg, at "
+                   "1.3 cells 7 %"
           : cavities[q].name == "rv"
-              ? "with 1.0 the default right ventricle's smallest volume is 7 % too large"
+              ? "at 1.0 cells the default right ventricle's smallest volume is 7 % too large"
               : "it is too stiff across");
   }
 }

@@ -240,6 +240,8 @@ def no_foreign_files(folder):
         expect(f"{store} of {file} is refused", result.returncode == 1 and message in result.stderr and "(1 of" not in result.stderr,
                f"{result.returncode}: {result.stderr}")
         expect("and all stays", before == {path: path.read_bytes() for path in folder.iterdir() if path.is_file()})
+    result = cohort(folder, "plan", "study.yaml")
+    expect("a study is no campaign", result.returncode == 1 and "this is a study, not a campaign" in result.stderr, result.stderr)
     result = cohort(folder, "study", "study.yaml", "--set", "repeats=3")
     expect("--set of the study's own keys is refused", result.returncode == 1 and "repeats is a key of the study itself" in result.stderr, result.stderr)
 
