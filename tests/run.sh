@@ -10,4 +10,4 @@ case "${1:-}" in
 esac
 ./jobs/setup.sh
 ./jobs/build.sh release -DCOHORT_TESTS=ON
-ctest --test-dir build --output-on-failure --no-tests=error "${selection[@]}"
+ctest --test-dir build --parallel 2 --output-on-failure --no-tests=error "${selection[@]}"
