@@ -110,32 +110,6 @@ std::string failed_check(const Layout& layout, const StoredRow& row) {
   return {};
 }
 
-std::string masked(const std::string& reason) {
-  std::string text;
-  for (std::size_t i = 0; i < reason.size();) {
-    const auto digit = [&](std::size_t k) {
-      return k < reason.size() && std::isdigit(static_cast<unsigned char>(reason[k]));
-    };
-    const bool word =
-        i > 0 && (std::isalnum(static_cast<unsigned char>(reason[i - 1])) || reason[i - 1] == '_');
-    const bool sign = (reason[i] == '-' || reason[i] == '+') && digit(i + 1);
-    if (word || !(digit(i) || sign)) {
-      text += reason[i++];
-      continue;
-    }
-    i += sign;
-    while (digit(i) || (reason[i] == '.' && digit(i + 1))) ++i;
-    if (i < reason.size() && reason[i] == 'e') {
-      const std::size_t exponent =
-          i + 1 < reason.size() && (reason[i + 1] == '-' || reason[i + 1] == '+') ? i + 2 : i + 1;
-      if (digit(exponent))
-        for (i = exponent; digit(i);) ++i;
-    }
-    text += '#';
-  }
-  return text;
-}
-
 std::vector<StabilityOutcome> stability_outcomes(Store& store, const Layout& layout) {
   std::vector<StabilityOutcome> outcomes;
   const std::vector<Status> statuses = store.statuses();

@@ -19,9 +19,6 @@ struct StoredRow {
 /// and what they mean stand in solver/README.md.
 std::string failed_check(const Layout& layout, const StoredRow& row);
 
-/// A reason with "#" for each number in it, so that equal causes are equal texts.
-std::string masked(const std::string& reason);
-
 /// How one member of a study ended.
 struct StabilityOutcome {
   Status status = Status::empty;

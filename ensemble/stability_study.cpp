@@ -11,8 +11,8 @@
 #include "ensemble/ranks.hpp"
 #include "ensemble/stability_design.hpp"
 #include "ensemble/stability_outcomes.hpp"
-#include "ensemble/study_files.hpp"
 #include "ensemble/study.hpp"
+#include "ensemble/study_files.hpp"
 
 namespace cohort {
 

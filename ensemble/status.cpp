@@ -16,7 +16,7 @@
 #include "ensemble/error_estimate.hpp"
 #include "ensemble/interrupt.hpp"
 #include "ensemble/progress.hpp"
-#include "ensemble/stability_outcomes.hpp"
+#include "ensemble/table.hpp"
 
 namespace cohort {
 namespace {

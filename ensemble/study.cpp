@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -140,11 +142,13 @@ void write_file(const std::string& file, const std::string& bytes) {
   std::ofstream stream(unfinished, std::ios::binary);
   stream << bytes;
   stream.close();
+  std::string why = stream ? "" : std::strerror(errno);
   std::error_code error;
   if (stream) std::filesystem::rename(unfinished, file, error);
   if (stream && !error) return;
+  if (error) why = error.message();
   std::filesystem::remove(unfinished, error);
-  throw std::runtime_error(fmt::format("{}: {} bytes cannot be written", file, bytes.size()));
+  throw std::runtime_error(fmt::format("{}: {} bytes cannot be written: {}", file, bytes.size(), why));
 }
 
 std::string csv_cell(std::string text) {

@@ -27,4 +27,7 @@ std::string human_bytes(std::size_t bytes);
 /// "0.4 s", "12 s", "3 min 20 s", "5 h 10 min".
 std::string human_seconds(double seconds);
 
+/// A reason with "#" for each number in it, so that equal causes are equal texts.
+std::string masked(const std::string& reason);
+
 }  // namespace cohort

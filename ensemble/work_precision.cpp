@@ -39,37 +39,6 @@ void keep_what_has_run(WorkPrecision& result) {
   result.design.settings.resize(kept);
 }
 
-WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisionDesign& design,
-                          const Setting& scene) {
-  WorkPrecision result;
-  result.scene = scene.label;
-  result.design = design;
-  result.device = device.info().name;
-  result.triad_GB_per_s = device.triad_GB_per_s();
-  result.whole = run_settings(device, in_scene(study, scene), design, result.reference, result.runs);
-  if (!result.whole) keep_what_has_run(result);
-  result.has_rows = result.runs.size() == design.settings.size();
-  if (result.runs.empty()) throw std::runtime_error("interrupted before a setting had run");
-  result.errors = measure_errors(design.measures, result.runs, design.reference ? &result.reference : nullptr,
-                                 design.known);
-  result.orders = observed_orders(result.runs, design.reference ? &result.reference : nullptr, result.errors);
-  result.rounding = rounding_shares(result.runs, result.errors);
-  return result;
-}
-
-/// Tells that an interrupt has come, and ends the program on the second one: a run may take hours.
-void watch_interrupts(const std::stop_token& stop) {
-  using namespace std::chrono_literals;
-  for (bool told = false; !stop.stop_requested(); std::this_thread::sleep_for(50ms)) {
-    if (interrupts() > 1) {
-      spdlog::error("interrupted again: nothing is written");
-      std::_Exit(static_cast<int>(ExitCode::interrupted));
-    }
-    if (interrupts() > 0 && !std::exchange(told, true))
-      spdlog::warn("interrupted: ends behind the run at hand; once more ends it at once");
-  }
-}
-
 /// Where a setting is as fine as the reference or finer, errors are no errors of the setting.
 void warn_of_coarse_reference(const Study& study, const WorkPrecisionDesign& design) {
   if (!design.reference) return;
@@ -94,6 +63,39 @@ void warn_of_coarse_reference(const Study& study, const WorkPrecisionDesign& des
   }
 }
 
+WorkPrecision study_scene(Device& device, const Study& study, const WorkPrecisionDesign& design,
+                          const Setting& scene) {
+  WorkPrecision result;
+  result.scene = scene.label;
+  result.design = design;
+  result.device = device.info().name;
+  result.triad_GB_per_s = device.triad_GB_per_s();
+  const Study own = in_scene(study, scene);
+  warn_of_coarse_reference(own, design);
+  result.whole = run_settings(device, own, design, result.reference, result.runs);
+  if (!result.whole) keep_what_has_run(result);
+  result.has_rows = result.runs.size() == design.settings.size();
+  if (result.runs.empty()) throw std::runtime_error("interrupted before a setting had run");
+  result.errors = measure_errors(design.measures, result.runs, design.reference ? &result.reference : nullptr,
+                                 design.known);
+  result.orders = observed_orders(result.runs, design.reference ? &result.reference : nullptr, result.errors);
+  result.rounding = rounding_shares(result.runs, result.errors);
+  return result;
+}
+
+/// Tells that an interrupt has come, and ends the program on the second one: a run may take hours.
+void watch_interrupts(const std::stop_token& stop) {
+  using namespace std::chrono_literals;
+  for (bool told = false; !stop.stop_requested(); std::this_thread::sleep_for(50ms)) {
+    if (interrupts() > 1) {
+      spdlog::error("interrupted again: nothing is written");
+      std::_Exit(static_cast<int>(ExitCode::interrupted));
+    }
+    if (interrupts() > 0 && !std::exchange(told, true))
+      spdlog::warn("interrupted: ends behind the run at hand; once more ends it at once");
+  }
+}
+
 }  // namespace
 
 ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
@@ -106,7 +108,6 @@ ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
   const std::filesystem::path store = study.store;
   share_cores({});
   Device device(choose_device(options.device, {}));
-  warn_of_coarse_reference(study, design);
   catch_interrupts();
   const std::jthread watch(watch_interrupts);
   return guarded(ExitCode::interrupted, [&] {
@@ -121,7 +122,8 @@ ExitCode run_work_precision(Study& study, const CampaignOptions& options) {
     const std::string csv = std::filesystem::path(store).replace_extension(".csv").string();
     write_file(csv, study_csv(scenes));
     if (!design.measurements.empty() && scenes.front().has_rows)
-      write_file(design.measurements, measurements_text(measurements_of(study, scenes.front())));
+      write_file(design.measurements,
+                 measurements_text(measurements_of(in_scene(study, design.scenes.front()), scenes.front())));
     for (const WorkPrecision& scene : scenes) fmt::print("{}", study_report(scene));
     std::fflush(stdout);
     const std::string picture = std::filesystem::path(store).replace_extension(".png").string();

@@ -75,11 +75,15 @@ void check_circulation(const Scene& scene, std::span<const Member> members, cons
   check_members(scene, members, base, circulation_defect);
 }
 
-/// Options with half as many members, where a batch that was chosen by size is too large for the memory.
+/// Options with fewer members, where a batch that was chosen by size is too large for the memory: a share of
+/// what fits in proportion, as some of the memory is the batch's whatever its size.
 std::optional<PlanOptions> fewer_members(const Plan& plan, std::size_t limit, const PlanOptions& options) {
   if (plan.bytes <= limit || plan.members_per_device <= 1 || options.members_per_device > 0) return {};
   PlanOptions fewer = options;
-  fewer.most_members = plan.members_per_device / 2;
+  constexpr double of_proportion = 0.9, most = 0.8;
+  const double share =
+      std::min(of_proportion * static_cast<double>(limit) / static_cast<double>(plan.bytes), most);
+  fewer.most_members = std::max(static_cast<int>(share * plan.members_per_device), 1);
   return fewer;
 }
 

@@ -11,6 +11,7 @@
 #include "ensemble/members.hpp"
 #include "ensemble/stability_design.hpp"
 #include "ensemble/stability_outcomes.hpp"
+#include "ensemble/table.hpp"
 
 namespace cohort {
 namespace {
